@@ -118,7 +118,7 @@ TEST_F(PassivityOfZones, FastTapsAreWhole) {
 // every frame. Nothing can undo the first jump: the force before it was right. Later jumps gain nothing.
 TEST_F(PassivityOfZones, LoopsOfManyTurnsGainNothing) {
   constexpr double kGain = 0.003;
-  constexpr int kTurns = 20;
+  constexpr int kTurns = 100;
   struct Loop {
     double neighbours;  // radius, in edges
     double other;
@@ -153,16 +153,13 @@ TEST_F(PassivityOfZones, LoopsOfManyTurnsGainNothing) {
       behind += (tools.last()[0].flags & PAL_FLAG_UNCONVERGED) != 0 ? 1 : 0;
     };
     for (int frame = 0; frame <= 100; ++frame) go_to(0, frame / 100.0);
-    double lost_in_a_jump = 0;
     for (int frame = 1; frame <= kTurns * loop.frames; ++frame) {
       go_to(2 * std::numbers::pi * frame / loop.frames, loop.jumps && frame % 2 == 1 ? -0.7 : 1);
-      if (loop.jumps && frame == 4) lost_in_a_jump = std::min(0.0, work.done());
       if (frame % 4 == 0) refine(tools);
     }
     for (int frame = 100; frame >= 0; --frame) go_to(0, frame / 100.0);
     EXPECT_GT(work.peak(), 0);
-    EXPECT_GE(work.done() - lost_in_a_jump, -kGain * work.peak());
-    EXPECT_GE(lost_in_a_jump, -2 * work.peak());
+    EXPECT_GE(work.done(), -kGain * work.peak());
     if (loop.jumps) continue;
     EXPECT_LT(behind, kTurns * loop.frames) << "contacts reach their tools now and then";
   }

@@ -18,6 +18,13 @@ namespace safe_force_test {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kFrame = 0.001;
+
+// What a tool plays for a force of the model.
+uint32_t play(const pal_session_config& config, Wrench wrench, bool reliable, bool stale,
+              ForceOutput& output) {
+  const uint32_t flags = blend_force(config, reliable, false, stale, kFrame, wrench, output);
+  return flags | limit_force(config, flags == 0, stale, kFrame, wrench, output);
+}
 constexpr double kRounding = 1e-12;
 
 pal_session_config completed(const pal_pack* pack, const pal_session_config& config) {
@@ -151,8 +158,7 @@ TEST(SafeForce, HeldForceFadesAndBlendsBack) {
     ForceOutput output;
     reset_output(output);
     const auto frame = [&](double force, bool reliable) {
-      const uint32_t flags =
-          filter_force(config, Wrench{{force, 0, 0, 0, 0, 0}}, reliable, false, false, kFrame, output);
+      const uint32_t flags = play(config, Wrench{{force, 0, 0, 0, 0, 0}}, reliable, false, output);
       return std::pair(output.out.v[0], flags);
     };
     EXPECT_EQ(frame(1, true), std::pair(1.0, 0U));
@@ -185,7 +191,7 @@ TEST(SafeForce, StaleInputBringsNoForceBack) {
     ForceOutput output;
     reset_output(output);
     const auto frame = [&](bool reliable, bool stale) {
-      filter_force(config, Wrench{{1, 0, 0, 0, 0, 0}}, reliable, false, stale, kFrame, output);
+      play(config, Wrench{{1, 0, 0, 0, 0, 0}}, reliable, stale, output);
       return output.out.v[0];
     };
     double last = frame(true, false);
@@ -211,7 +217,7 @@ TEST(SafeForce, BlendBackBeginsWhereTheForceHasFadedTo) {
   ForceOutput output;
   reset_output(output);
   const auto frame = [&](double force, bool reliable) {
-    filter_force(config, Wrench{{force, 0, 0, 0, 0, 0}}, reliable, false, false, kFrame, output);
+    play(config, Wrench{{force, 0, 0, 0, 0, 0}}, reliable, false, output);
     return output.out.v[0];
   };
   for (int i = 0; i < 10; ++i) frame(1, true);

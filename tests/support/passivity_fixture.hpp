@@ -17,7 +17,7 @@
 namespace palpate::test::passivity_fixture {
 
 // Largest energy that a cycle may create, over the largest energy stored in the cycle.
-inline constexpr double kAllowed = 0.01;
+inline constexpr double kAllowed = 0.003;
 
 // Work of the tools on the tissue, by the trapezoidal rule over poses and forces that a device would see.
 // Negative work means that the tissue gave a tool energy.

@@ -64,9 +64,9 @@ void take_gain(ForceOutput& output) {
   output.gain = 1.0;
 }
 
-// Plays the last force in place of the model's force, times `kept` when the force drives the tool.
+// Plays the last force in place of the model's force.
 void hold_last(ForceOutput& output) {
-  for (int i = 0; i < 6; ++i) output.blended.v[i] = output.kept * output.limited.v[i];
+  output.blended = output.limited;
   output.difference = {};
   output.blend_left = 0;
 }
@@ -78,33 +78,31 @@ void reset_output(ForceOutput& output) {
   output.gain = 1.0;
   output.quiet = true;
   output.is_model = true;
-  output.kept = 1.0;
 }
 
-uint32_t filter_force(const pal_session_config& config, const Wrench& given, bool reliable, bool switched,
-                      bool stale, double dt, ForceOutput& output) {
-  const bool finite = is_finite(given);
+uint32_t blend_force(const pal_session_config& config, bool reliable, bool switched, bool stale, double dt,
+                     Wrench& wrench, ForceOutput& output) {
+  const bool finite = is_finite(wrench);
   const bool held = !reliable || !finite;
   uint32_t flags = (held ? PAL_FLAG_HELD : 0) | (finite ? 0 : PAL_FLAG_NOT_FINITE);
   const bool released = output.held && !held;
   // Under stale input the gain goes on falling.
   if (released && !stale) take_gain(output);
-  if (held) hold_last(output);
+  if (held) {
+    hold_last(output);
+    wrench = output.blended;
+  }
   output.held = held;
-  const Wrench model = held ? output.blended : given;
   if ((switched && !held) || released) {
-    for (int i = 0; i < 6; ++i) output.difference.v[i] = output.blended.v[i] - model.v[i];
+    for (int i = 0; i < 6; ++i) output.difference.v[i] = output.blended.v[i] - wrench.v[i];
     output.blend_left = config.blend_seconds;
   }
-  for (double& component : output.difference.v) component *= output.kept;
-  output.kept = 1.0;
   output.blend_left = output.blend_left > dt ? output.blend_left - dt : 0.0;
-  Wrench wanted = model;
   if (output.blend_left > 0) {
     const double weight = fading(output.blend_left / config.blend_seconds);
     bool differs = false;
     for (int i = 0; i < 6; ++i) {
-      wanted.v[i] += weight * output.difference.v[i];
+      wrench.v[i] += weight * output.difference.v[i];
       differs = differs || output.difference.v[i] != 0;
     }
     if (differs) {
@@ -113,19 +111,23 @@ uint32_t filter_force(const pal_session_config& config, const Wrench& given, boo
       output.blend_left = 0;
     }
   }
-  output.blended = wanted;
+  output.blended = wrench;
+  return flags;
+}
 
+uint32_t limit_force(const pal_session_config& config, bool is_model, bool stale, double dt, Wrench wrench,
+                     ForceOutput& output) {
+  uint32_t flags = 0;
   const double ramp = config.ramp_seconds > 0 ? dt / config.ramp_seconds : 1.0;
-  if (stale || held) {
+  if (stale || output.held) {
     output.gain = output.gain > ramp ? output.gain - ramp : 0.0;
   } else {
     output.gain = output.gain + ramp < 1.0 ? output.gain + ramp : 1.0;
   }
-  if (stale || (output.gain < 1.0 && !held)) flags |= PAL_FLAG_STALE;
-
-  if (limit(config, dt, wanted, output.limited)) flags |= PAL_FLAG_LIMITED;
-  for (int i = 0; i < 6; ++i) output.out.v[i] = output.gain * wanted.v[i];
-  output.is_model = flags == 0;
+  if (stale || (output.gain < 1.0 && !output.held)) flags |= PAL_FLAG_STALE;
+  if (limit(config, dt, wrench, output.limited)) flags |= PAL_FLAG_LIMITED;
+  for (int i = 0; i < 6; ++i) output.out.v[i] = output.gain * wrench.v[i];
+  output.is_model = is_model && flags == 0;
   output.quiet =
       output.gain == 1.0 && output.blend_left == 0 && is_zero(output.blended) && is_zero(output.limited);
   return flags;

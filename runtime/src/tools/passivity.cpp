@@ -23,34 +23,42 @@ double larger_of(double a, double b) {
   return a > b ? a : b;
 }
 
-// Work of the wrench along the tool's motion since the last frame.
-double work_of(const ToolState& tool, const Wrench& wrench) {
+// A tool's motion since the last frame.
+struct Motion {
+  double way[3];
   double turn[3];
-  turn_between(tool.before.orientation, tool.pose.orientation, turn);
-  double work = 0;
-  for (int i = 0; i < 3; ++i)
-    work += wrench.v[i] * (tool.pose.position[i] - tool.before.position[i]) + wrench.v[3 + i] * turn[i];
-  return work;
+
+  explicit Motion(const ToolState& tool) {
+    for (int i = 0; i < 3; ++i) way[i] = tool.pose.position[i] - tool.before.position[i];
+    turn_between(tool.before.orientation, tool.pose.orientation, turn);
+  }
+};
+
+double dot(const double a[3], const double b[3]) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+double work_of(const Motion& motion, const Wrench& wrench) {
+  return dot(wrench.v, motion.way) + dot(wrench.v + 3, motion.turn);
 }
 
 // The most that the wrench could do along a motion of the same length.
-double most_work_of(const ToolState& tool, const Wrench& wrench) {
-  double turn[3];
-  turn_between(tool.before.orientation, tool.pose.orientation, turn);
-  double force = 0, torque = 0, way = 0, angle = 0;
-  for (int i = 0; i < 3; ++i) {
-    const double moved = tool.pose.position[i] - tool.before.position[i];
-    force += wrench.v[i] * wrench.v[i];
-    torque += wrench.v[3 + i] * wrench.v[3 + i];
-    way += moved * moved;
-    angle += turn[i] * turn[i];
-  }
-  return sqrt(force * way) + sqrt(torque * angle);
+double most_work_of(const Motion& motion, const Wrench& wrench) {
+  return sqrt(dot(wrench.v, wrench.v) * dot(motion.way, motion.way)) +
+         sqrt(dot(wrench.v + 3, wrench.v + 3) * dot(motion.turn, motion.turn));
+}
+
+// Leaves a part of a force or torque, and of the rest what resists the motion.
+void play_part(double part, const double motion[3], double force[3]) {
+  const double along = dot(force, motion);
+  const double square = dot(motion, motion);
+  const double resisting = along > 0 && square > 0 ? along / square : 0.0;
+  for (int i = 0; i < 3; ++i) force[i] = part * force[i] + (1.0 - part) * resisting * motion[i];
 }
 
 // Work of the last output force along the same motion.
 double work_of(const ToolState& tool) {
-  return tool.output.quiet ? 0.0 : work_of(tool, tool.output.out);
+  return tool.output.quiet ? 0.0 : work_of(Motion(tool), tool.output.out);
 }
 
 double work_of_all(const ToolStates& states) {
@@ -65,16 +73,6 @@ bool feels_the_models(const ToolStates& states) {
     if (!states.tools[t].output.is_model) return false;
   }
   return true;
-}
-
-// Whether any tool's output leads from another force to the model's. A limit on the model's force alone would reverse
-// such an output.
-bool is_blending(const ToolStates& states) {
-  if (states.changed) return true;
-  for (uint32_t t = 0; t < states.num_used; ++t) {
-    if (states.tools[t].output.blend_left > 0) return true;
-  }
-  return false;
 }
 
 // Whether any contact is out of equilibrium or has not reached its tool.
@@ -99,6 +97,22 @@ bool takes_strained(ToolStates& states) {
   return is_any_taken;
 }
 
+// What has come to the stored energy otherwise than by the work of the tools, whose work in this frame is `work`:
+// - by gravity and inclusions. Where the tools move meanwhile, what is theirs is what a device sees;
+// - by contacts that were held under strain.
+// When the response changes, the account counts only the work of the tools.
+double brought_energy(const TissueState& tissue, ToolStates& states, double work) {
+  const bool is_brought = !states.changed && tissue.energy_brought != 0;
+  if (!takes_strained(states) && !is_brought) return 0;
+  const double grown = tissue.stored_energy - states.passivity.stored - states.energy_corrected;
+  return isfinite(grown) ? grown - work : 0.0;
+}
+
+double tolerance(const Passivity& passivity) {
+  // Energies of contacts out of equilibrium may be many times those of the equilibrium.
+  return kTolerance * (passivity.is_settled ? larger_of(passivity.peak, passivity.stored) : passivity.peak);
+}
+
 // Moves `part` towards E / W, or towards 1 where E covers W. `account` is E; `work` is the work of the tools in this
 // frame; `larger` is the larger W of this frame and the last.
 void follow_stored(double blend_seconds, bool is_covered, double account, double work, double larger,
@@ -120,14 +134,18 @@ void follow_stored(double blend_seconds, bool is_covered, double account, double
 void reset_passivity(Passivity& passivity) {
   passivity = {};
   passivity.part = 1.0;
-  passivity.by_energy = passivity.is_settled = true;
+  passivity.is_settled = true;
 }
 
 void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* models) {
   Passivity& passivity = states.passivity;
   const bool felt = !states.changed && feels_the_models(states);
   if (states.num_contacts == 0 && felt) {
+    const double overdraft = passivity.account < 0 ? passivity.account : 0.0;
+    const double peak = passivity.peak;
     reset_passivity(passivity);
+    passivity.account = overdraft;
+    passivity.peak = peak;
     return;
   }
   const double stored = tissue.stored_energy;
@@ -137,67 +155,51 @@ void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* 
   passivity.was_unsettled = unsettled;
   const double work = work_of_all(states);
   double of_models = 0;
-  double reach = 0;
-  for (uint32_t t = 0; t < states.num_used; ++t) {
-    of_models += work_of(states.tools[t], models[t]);
-    reach += most_work_of(states.tools[t], models[t]);
-  }
-  // When the response changes, the account counts only the work of the tools.
-  const double elsewhere = states.changed ? 0 : tissue.energy_brought;
-  const double by_tools = stored - passivity.stored - elsewhere - states.energy_corrected;
-  passivity.by_energy = felt && passivity.is_settled && passivity.part == 1.0;
-  double expected = work;
-  if (passivity.by_energy) {
-    expected = by_tools;
-  } else if (felt) {
-    expected = 0.5 * (work + passivity.part * of_models);
-  }
-  // Contacts held under strain bring the growth of the stored energy beyond the work of the tools.
-  const double brought = takes_strained(states) && !passivity.by_energy ? by_tools - work : 0.0;
+  for (uint32_t t = 0; t < states.num_used; ++t) of_models += work_of(Motion(states.tools[t]), models[t]);
+  const double expected = felt ? 0.5 * (work + passivity.part * of_models) : work;
   // A damaged pack may give energies that are not finite.
-  if (!isfinite(stored) || !isfinite(expected) || !isfinite(brought) || !isfinite(of_models)) {
-    passivity.expected = passivity.work = 0;
+  if (!isfinite(stored) || !isfinite(expected) || !isfinite(of_models)) {
+    passivity.work = 0;
     return;
   }
-  passivity.account += elsewhere + brought;
+  passivity.account += brought_energy(tissue, states, felt ? expected : work);
   passivity.stored = stored;
   passivity.work = work;
-  passivity.expected = expected;
-  const double tolerated = kTolerance * passivity.peak;
-  const double covered = passivity.account + expected + tolerated;
-  // A blend may continue unchanged in the next frame: half of its gain stays in reserve.
-  const double ahead = passivity.is_settled || work > 0 ? covered : covered + 0.5 * work;
-  for (uint32_t t = 0; ahead < 0 && t < states.num_used; ++t) {
-    if (work_of(states.tools[t]) >= 0) continue;
-    const bool is_much = ahead < -tolerated;
-    states.tools[t].output.kept = is_much ? 0.0 : 0.5;
-    // A tool that leaves within the first half of a blend would feel the whole force for a frame.
-    if (is_much && states.tools[t].output.blend_left > 0.5 * tissue.config->blend_seconds) passivity.part = 0;
+  const double account = passivity.account + expected;
+  const bool is_covered = account + tolerance(passivity) >= stored;
+  follow_stored(tissue.config->blend_seconds, is_covered, account, of_models, larger, states);
+}
+
+double limit_energy(const ToolStates& states, Wrench* outputs) {
+  const Passivity& passivity = states.passivity;
+  double work = 0;
+  double reach = 0;
+  for (uint32_t t = 0; t < states.num_used; ++t) {
+    const Motion motion(states.tools[t]);
+    work += work_of(motion, outputs[t]);
+    reach += most_work_of(motion, outputs[t]);
   }
-  const bool is_covered = covered >= stored;
-  follow_stored(tissue.config->blend_seconds, is_covered, covered - tolerated, of_models, larger, states);
-  const bool needs_reserve = !is_covered && !is_blending(states);
-  if (passivity.is_settled && !needs_reserve) return;
-  const double loss = needs_reserve ? 0.5 * (reach - of_models) : -of_models;
-  const double left = larger_of(
-      0, passivity.account - passivity.floor + 0.5 * work + kTolerance * larger_of(passivity.peak, stored));
-  if (passivity.part * loss > left) passivity.part = left / loss;
+  const double left = larger_of(0, passivity.account + 0.5 * passivity.work + tolerance(passivity));
+  const bool is_covered = left + 0.5 * work >= passivity.stored;
+  const double loss = is_covered && passivity.is_settled ? -work : 0.5 * (reach - work);
+  if (!(loss > left)) return 1.0;
+  for (uint32_t t = 0; t < states.num_used; ++t) {
+    const Motion motion(states.tools[t]);
+    play_part(left / loss, motion.way, outputs[t].v);
+    play_part(left / loss, motion.turn, outputs[t].v + 3);
+  }
+  return left / loss;
 }
 
 void end_account(ToolStates& states) {
   Passivity& passivity = states.passivity;
-  const bool by_energy = passivity.by_energy && passivity.part == 1.0;
-  const double step = by_energy ? passivity.expected : 0.5 * (passivity.work + work_of_all(states));
+  const double step = 0.5 * (passivity.work + work_of_all(states));
   if (!isfinite(step)) return;
   passivity.account += step;
   passivity.peak = larger_of(passivity.peak, passivity.account);
-  const double scale = larger_of(passivity.peak, passivity.stored);
-  if (passivity.account < passivity.floor - kTolerance * scale) passivity.floor = passivity.account;
-  if (passivity.is_settled && passivity.stored <= kRest * passivity.peak) {
-    passivity.account = passivity.peak = passivity.stored;
-    passivity.floor = 0;
-    passivity.part = 1.0;
-  }
+  if (!passivity.is_settled || passivity.stored > kRest * passivity.peak) return;
+  passivity.part = 1.0;
+  if (passivity.account > passivity.stored) passivity.account = passivity.stored;
 }
 
 }  // namespace palpate

@@ -6,24 +6,27 @@
 //   response and comes out along a stiffer response gains the difference.
 // - The fading difference of a blend may drive a tool.
 //
-// The session keeps an account E of the tools' work since the tissue was last at rest or the tools held
-// nothing:
-//    E += W - W_before                contacts in equilibrium, whose forces the tools feel whole
-//    E += sum of F . dx + T . dtheta  any other frame, by the trapezoidal rule, with F and T the output
+// The session keeps an account E of the work of its tools as a device sees it, by the trapezoidal rule over the forces F
+// and torques T that were played:
+//    E += sum of (F + F_before) / 2 . dx + (T + T_before) / 2 . dtheta
+// What gravity, inclusions and strained tissue at the begin of a hold bring to W counts as work of the tools.
 //
-// A delivery of the refining lane changes W where tools stand. The account keeps the work that tools have done.
+// 1. The session multiplies the models' forces by `part`. While E covers W, part = 1. Else `part` moves towards
+//      E / W  while the tools move out, so that they end at E = 0,
+//      1      while the tools move in, no faster than a blend.
+//    `part` moves with energy, not with time: a tool that stands still feels a constant force.
+// 2. The output F, after blends, must leave the account enough for the next frame, whose step dx may be
+//    as long as that of this frame. Where it does not, a part s of F is played, and of the rest only what resists the motion:
+//      F_played = s F + (1 - s) max(0, F . dx) dx / |dx|^2
+//      s l = E + work_before / 2 + tolerance,    l = (r - w) / 2,   r = sum of |F| |dx|,   w = sum of F . dx
+//    with work_before the work of the last frame's forces along dx, and torques as forces. The second term cannot give in
+//    the next step more than it has taken in this one, so the tools pay an overdraft back as they move.
+//    While contacts are in equilibrium and E covers W, forces are those of W, and only the step after next may turn:
+//    l = -w.
 //
-// The session multiplies the models' forces by `part`. While E covers W, part = 1. Else `part` moves towards
-//   E / W  while the tools move out, so that they end at E = 0,
-//   1      while the tools move in, no faster than a blend.
-// `part` moves with energy, not with time: a tool that stands still feels a constant force.
-//
-// Two kinds of forces may give more: forces of contacts out of equilibrium are not the gradient of W, and forces that E
-// does not cover return more than was put in. Both are limited at once. With `work` and w the work of the last frame's
-// and of the models' forces along this frame's motion, and r = sum of |F| |dx| + |T| |dtheta|:
-//    part (-w)              <= E - E_0 + work / 2   E covers W: the next frame may go as far
-//    part (r - w) / 2       <= E - E_0 + work / 2   else, outside blends: the next frame may go in any direction
-// E_0 is the overdraft that a jump has left: no force of the frame after a jump can undo the work of the force before.
+// No force can undo the work of the force before: a tool that suddenly goes much farther than in the last frame may
+// overdraw the account. The account keeps that overdraft until it is paid back; a surplus is lost where the tissue is at rest
+// or nothing is held.
 //
 // Source: the passivity observer and controller of Hannaford and Ryu 2002. Here the model gives the energy
 // where one model answers, and a factor on the force replaces the damper.
@@ -40,22 +43,21 @@ struct ToolStates;
 
 struct Passivity {
   double account;      // E: J, or the model's units of energy, as all energies below
-  double peak;         // the largest E so far
-  double floor;        // E_0, at most 0
+  double peak;         // the largest E of the session
   double stored;       // W of the last frame
   double part;         // factor on the models' forces
-  double expected;     // gain of the account in this frame if forces stay unchanged
   double work;         // work of the last frame's forces in this frame
-  bool by_energy;      // the account follows W in this frame
   bool is_settled;     // all contacts were in equilibrium in this frame and the last
   bool was_unsettled;  // some contact was out of equilibrium in the last frame
 };
 
 void reset_passivity(Passivity& passivity);
 
-// Finds `part` for a frame whose contacts have answered with these forces of the models [num_used tools], and
-// reduces blends that would create energy.
+// Finds `part` for a frame whose contacts have answered with these forces of the models [num_used tools].
 void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* models);
+
+// Limits the outputs of this frame [num_used tools], before limits and fading, and returns s.
+double limit_energy(const ToolStates& states, Wrench* outputs);
 
 // Adds the work of the output forces in this frame to the account.
 void end_account(ToolStates& states);

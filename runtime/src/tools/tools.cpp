@@ -122,9 +122,9 @@ void add_contact(const TissueState& tissue, const ToolStates& states, uint32_t i
   keep_worse(answer.force_error, result.force_error);
 }
 
-void reduce(double part, Wrench& wrench, pal_tool_result& result) {
-  if (result.num_contacts == 0) return;
-  for (double& component : wrench.v) component *= part;
+// What a result says of a force that is multiplied by `part`.
+void reduce(double part, pal_tool_result& result) {
+  if (part == 1.0 || result.num_contacts == 0) return;
   for (auto& row : result.stiffness) {
     for (double& component : row) component *= part;
   }
@@ -215,19 +215,29 @@ void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates
     add_contact(tissue, states, c, rotation_for(states, tool, last), wrenches[tool], results[tool]);
   }
   begin_account(tissue, states, wrenches);
+  bool is_stale[kMostTools];
   for (uint32_t tool = 0; tool < states.num_used; ++tool) {
     ToolState& state = states.tools[tool];
     pal_tool_result& result = results[tool];
     result.flags |= own_flags[tool];
-    if (states.passivity.part < 1.0) reduce(states.passivity.part, wrenches[tool], result);
-    const bool stale = state.has_pose && config.stale_seconds > 0 && state.age > config.stale_seconds;
-    if (result.num_contacts == 0 && state.output.quiet && !stale) continue;
+    reduce(states.passivity.part, result);
+    for (double& component : wrenches[tool].v) component *= states.passivity.part;
+    is_stale[tool] = state.has_pose && config.stale_seconds > 0 && state.age > config.stale_seconds;
     const bool reliable =
         is_finite(result.stiffness) && is_reliable(states, tissue.zone.active, tool, result.flags);
-    result.flags |= filter_force(config, wrenches[tool], reliable, states.changed, stale, dt, state.output);
+    result.flags |=
+        blend_force(config, reliable, states.changed, is_stale[tool], dt, wrenches[tool], state.output);
     if (state.output.held) memset(result.stiffness, 0, sizeof result.stiffness);
-    memcpy(result.force, state.output.out.v, sizeof result.force);
-    memcpy(result.torque, state.output.out.v + 3, sizeof result.torque);
+  }
+  const double part = limit_energy(states, wrenches);
+  for (uint32_t tool = 0; tool < states.num_used; ++tool) {
+    ForceOutput& output = states.tools[tool].output;
+    pal_tool_result& result = results[tool];
+    reduce(part, result);
+    const bool is_model = (result.flags & (PAL_FLAG_BLENDING | PAL_FLAG_HELD | PAL_FLAG_REDUCED)) == 0;
+    result.flags |= limit_force(config, is_model, is_stale[tool], dt, wrenches[tool], output);
+    memcpy(result.force, output.out.v, sizeof result.force);
+    memcpy(result.torque, output.out.v + 3, sizeof result.torque);
   }
   end_account(states);
 }
