@@ -208,18 +208,23 @@ TEST(NonlinearZone, ASecondToolIsFeltInTheNextFrame) {
     ASSERT_LT(frames, 1000);
   }
   EXPECT_GT(frames, 10);
-  // The zone of both goes on where the deep tool is.
+  // The zone of both goes on where the deep tool is, and its first answer is right to first order.
   EXPECT_EQ(session.last()[1].model, PAL_MODEL_ZONE);
-  EXPECT_LE((force_of(session.last()[0]) - force_of(alone)).norm(), 0.02 * force_of(alone).norm());
+  const std::vector<pal_contact> contacts = {{4, {0, 0, -kDepth}, 0, {}, {}, {}},
+                                             {22, {0, 0, -0.01}, 0, {}, {}, {}}};
+  const ContactAnswer truth = organ.solve(contacts);
+  const auto worst = [&] {
+    double largest = 0;
+    for (size_t tool = 0; tool < 2; ++tool)
+      largest = std::max(largest, (force_of(session.last()[tool]) - truth.forces[tool]).norm());
+    return largest / truth.forces[0].norm();
+  };
+  EXPECT_LE(worst(), 1e-3);
   for (int frame = 0; frame < 40; ++frame) {
     refine(session);
     session.frame(poses);
   }
-  const std::vector<pal_contact> contacts = {{4, {0, 0, -kDepth}, 0, {}, {}, {}},
-                                             {22, {0, 0, -0.01}, 0, {}, {}, {}}};
-  const ContactAnswer truth = organ.solve(contacts);
-  for (size_t tool = 0; tool < 2; ++tool)
-    EXPECT_LE((force_of(session.last()[tool]) - truth.forces[tool]).norm(), 1e-5 * truth.forces[0].norm());
+  EXPECT_LE(worst(), 1e-5);
 }
 
 // Without the refining lane linear_dd answers, and says so.

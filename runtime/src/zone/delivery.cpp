@@ -13,54 +13,56 @@ bool find_correction(const pal_pack& pack, const EliminationKernel& kernel, Refi
   constexpr double kMostUnbalanced = 0.1;
   constexpr double kRounding = 1e-6;  // near rest all that is stored may be unbalanced
   ZoneDelivery& delivery = of.mailbox.delivery;
-  const uint32_t stride = of.own.schur_stride;
-  const uint32_t count = 3 * of.own.num_kept;
-  memset(of.forces, 0, stride * sizeof *of.forces);
-  memset(of.moved, 0, stride * sizeof *of.moved);
-  for (uint32_t i = 0; i < count; ++i) {
-    const size_t at = size_t{3} * of.own.kept[i / 3] + i % 3;
-    of.moved[i] = of.exterior.displacement[at] - of.rest[at];  // w_e
+  double energy = 0;  // of the boundary: w_e . (c + S w_e / 2)
+  double sum = 0;
+  const uint32_t* nodes = of.own.kept;
+  const float* block = of.blocks;
+  double* force = delivery.force;
+  for (uint32_t g = 0; g < of.outline.num_groups; ++g) {
+    const ZoneOutline::Group& group = of.outline.groups[g];
+    const uint32_t stride = group.boundary_stride;
+    memset(of.moved, 0, stride * sizeof *of.moved);
+    memset(of.forces, 0, stride * sizeof *of.forces);
+    const auto at = [&](uint32_t i) { return size_t{3} * nodes[i / 3] + i % 3; };
+    for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
+      of.moved[i] = of.exterior.displacement[at(i)] - of.rest[at(i)];  // w_e
+    kernel.add_symmetric_product(block, stride, of.moved, of.forces);
+    for (uint32_t i = 0; i < 3 * group.num_boundary; ++i, ++force) {
+      *force = of.exterior.forces[at(i)] - of.forces[i];
+      energy += of.moved[i] * (*force + 0.5 * of.forces[i]);
+      sum += *force;
+    }
+    nodes += group.num_boundary;
+    block += size_t{stride} * stride;
   }
-  kernel.add_symmetric_product(of.own.schur, stride, of.moved, of.forces);
   double unbalanced = 0;
   for (uint32_t node = 0; node < pack.organ.num_nodes; ++node) {
     if (of.own.roles[node] != NodeRole::eliminated) continue;
     const double* below = of.exterior.forces + size_t{3} * node;  // L^-1 r
     for (int axis = 0; axis < 3; ++axis) unbalanced += 0.5 * below[axis] * below[axis];
   }
-  delivery.energy = of.exterior.energy - unbalanced;
+  delivery.energy = of.exterior.energy - unbalanced - energy;
   const bool has_fallen = unbalanced < 0.5 * of.unbalanced;
   of.unbalanced = unbalanced;
   if (has_fallen) of.failures = 0;
-  double sum = 0;
-  for (uint32_t i = 0; i < count; ++i) {
-    delivery.force[i] = of.exterior.forces[size_t{3} * of.own.kept[i / 3] + i % 3] - of.forces[i];
-    delivery.energy -= of.moved[i] * (delivery.force[i] + 0.5 * of.forces[i]);
-    sum += delivery.force[i];
-  }
   is_finite = isfinite(sum) && isfinite(delivery.energy);
   const double rounding = kRounding * (fabs(of.exterior.rest_energy) + of.largest_energy);
   return is_finite && unbalanced <= kMostUnbalanced * of.exterior.energy + rounding;
 }
 
-void write_tangent(const Refinement& of, float* to) {
+void copy_blocks(Refinement& of) {
   const ZoneOutline& outline = of.outline;
-  const auto copy_block = [&](uint32_t first_row, uint32_t rows, uint32_t first_column, uint32_t columns,
-                              size_t stride) {
-    for (size_t column = 0; column < size_t{3} * columns; ++column, to += stride)
-      memcpy(to,
-             of.own.schur + (3 * size_t{first_column} + column) * of.own.schur_stride + 3 * size_t{first_row},
-             size_t{3} * rows * sizeof *to);
-  };
+  float* to = of.blocks;
   memset(to, 0, outline.exterior_size * sizeof *to);
-  for (uint32_t g = 0, row = 0; g < outline.num_groups; row += outline.groups[g++].num_boundary) {
-    const ZoneOutline::Group& group = outline.groups[g];
-    const size_t stride = group.boundary_stride;
-    copy_block(row, group.num_boundary, row, group.num_boundary, stride);
-    to += stride * (stride - size_t{3} * group.num_boundary);
-    for (uint32_t h = 0, column = 0; h < outline.num_groups; column += outline.groups[h++].num_boundary) {
-      if (h != g) copy_block(row, group.num_boundary, column, outline.groups[h].num_boundary, stride);
-    }
+  size_t first = 0;
+  for (uint32_t g = 0; g < outline.num_groups; ++g) {
+    const size_t rows = size_t{3} * outline.groups[g].num_boundary;
+    const size_t stride = outline.groups[g].boundary_stride;
+    for (size_t column = 0; column < rows; ++column)
+      memcpy(to + column * stride, of.own.schur + (first + column) * of.own.schur_stride + first,
+             rows * sizeof *to);
+    to += stride * stride;
+    first += rows;
   }
 }
 

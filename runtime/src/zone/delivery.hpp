@@ -5,7 +5,8 @@
 
 namespace palpate {
 
-// c and C of the delivery: with g, E and w_e of the iteration, and the exterior in equilibrium to second order,
+// c and C of the delivery: with g, E and w_e of the iteration, the blocks S of the groups, and the exterior in equilibrium to
+// second order,
 //
 //   c = g - S w_e,   C = E - D - w_e . (c + S w_e / 2),   D = r_O . K_OO^-1 r_O / 2
 //
@@ -15,8 +16,8 @@ namespace palpate {
 //   - Numbers are not finite, as in a damaged pack.
 bool find_correction(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of, bool& is_finite);
 
-// S of all groups as frames have it (exterior_size()): for each group its own block, then those with the other groups.
-void write_tangent(const Refinement& of, float* to);
+// Refinement::blocks of the condensation.
+void copy_blocks(Refinement& of);
 
 // The displacements of the packed nodes, to the request's field.
 void write_field(const pal_pack& pack, const Refinement& of);

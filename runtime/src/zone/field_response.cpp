@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "runtime/src/numerics/pose.hpp"
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/zone/zone_mailbox.hpp"
 #include "runtime/src/zone/zone_tangent.hpp"
@@ -43,18 +42,25 @@ const uint32_t* boundary_nodes(const ZoneSet& set, const Condensation& own, cons
   return nodes;
 }
 
-// ZoneWork::outside := the force on the boundary of a group, by the displacements of the other boundaries in a column.
-void find_forces_of_others(ZoneFrame& frame, const Condensation& own, const ZoneGroup& group,
-                           const double* column) {
+// The force S_gh x on the boundary of a group, summed over the displacements x of the other boundaries in a column. Returns
+// where it is in ZoneWork::residual.
+double* find_forces_of_others(ZoneFrame& frame, const Condensation& own, const ZoneGroup& group,
+                              const double* column) {
   const ZoneSet& set = frame.set;
-  std::fill_n(frame.work.outside, group.boundary_stride, 0.0);
+  const size_t row = 3 * static_cast<size_t>(boundary_nodes(set, own, group) - own.kept);
+  const size_t top = row / 4 * 4;  // where columns are aligned
+  const auto rows = static_cast<uint32_t>(row - top + 3 * group.num_boundary);
+  std::fill_n(frame.work.residual, rows + 4, 0.0);
   for (const ZoneGroup* other = set.groups; other < set.groups + set.num_groups; ++other) {
     if (other == &group) continue;
     const uint32_t* nodes = boundary_nodes(set, own, *other);
     for (uint32_t b = 0; b < other->num_boundary; ++b)
       memcpy(frame.work.vector + size_t{3} * b, column + size_t{3} * nodes[b], 3 * sizeof *column);
-    add_coupling(frame, group, *other, frame.work.vector, frame.work.outside);
+    const size_t first = 3 * static_cast<size_t>(nodes - own.kept);
+    frame.kernel.add_product(own.schur + first * own.schur_stride + top, own.schur_stride, rows,
+                             3 * other->num_boundary, frame.work.vector, frame.work.residual);
   }
+  return frame.work.residual + (row - top);
 }
 
 // Updates dU_h/dd of a group in the column of `axis`, by the displacements of the other groups. Returns the largest change.
@@ -69,10 +75,10 @@ double update_group(ZoneFrame& frame, const Condensation& own, uint32_t axis, co
   }
   const double* step = nullptr;
   if (set.num_groups > 1) {
-    find_forces_of_others(frame, own, group, column);
+    const size_t rows = size_t{3} * group.num_boundary;
+    memcpy(frame.work.outside, find_forces_of_others(frame, own, group, column), rows * sizeof(double));
     std::fill_n(frame.work.residual, group.unknowns, 0.0);
-    memcpy(frame.work.residual + size_t{3} * group.num_interior, frame.work.outside,
-           size_t{3} * group.num_boundary * sizeof(double));
+    memcpy(frame.work.residual + size_t{3} * group.num_interior, frame.work.outside, rows * sizeof(double));
     step = find_step(frame, group) + size_t{3} * group.num_interior;
   }
   double largest = 0;
@@ -85,6 +91,27 @@ double update_group(ZoneFrame& frame, const Condensation& own, uint32_t axis, co
     entry = value;
   }
   return largest;
+}
+
+// Column `axis` of T, and M of this axis and those before (zone_balance.hpp).
+void find_coupling(ZoneFrame& frame, const Condensation& own, uint32_t axis, const FieldResponse& response) {
+  ZoneSet& set = frame.set;
+  const auto unit = [&](uint32_t of) { return of < 3 * set.num_contacts ? 1.0 : 1.0 / frame.pack.metres; };
+  const auto column = [&](uint32_t of) { return response.columns + of * column_size(frame.pack); };
+  double stiffness[kMostZoneAxes] = {};
+  for (ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
+    double* to = group->coupling + size_t{axis} * group->boundary_stride;
+    const double* forces = find_forces_of_others(frame, own, *group, column(axis));
+    const uint32_t* nodes = boundary_nodes(set, own, *group);
+    std::fill_n(to, group->boundary_stride, 0.0);
+    for (uint32_t i = 0; i < 3 * group->num_boundary; ++i) {
+      to[i] = unit(axis) * forces[i];
+      for (uint32_t other = 0; other <= axis; ++other)
+        stiffness[other] += to[i] * unit(other) * column(other)[size_t{3} * nodes[i / 3] + i % 3];
+    }
+  }
+  for (uint32_t other = 0; other <= axis; ++other)
+    set.coupled_stiffness[axis][other] = set.coupled_stiffness[other][axis] = stiffness[other];
 }
 
 // One Gauss-Seidel sweep over the groups for the column of the axis on their boundaries. Returns multiply-adds.
@@ -105,6 +132,7 @@ uint64_t sweep_groups(ZoneFrame& frame, const Condensation& own, FieldResponse& 
   const bool goes_on =
       set.num_groups > 1 && response.sweep < kMostSweeps && change > kConverged * response.first_change;
   if (!goes_on) {
+    if (set.num_groups > 1) find_coupling(frame, own, response.axis, response);
     ++response.axis;
     response.sweep = 0;
   }
@@ -156,11 +184,10 @@ void update_field_response(const pal_pack& pack, const double* followed, const d
   double change[kMostZoneAxes];   // Dd in the units of U's columns
   double weights[kMostZoneAxes];  // to squares of lengths
   double square = 0;              // m^2
-  for (uint32_t i = 3 * response.num_contacts; i < num_axes; i += 3)
-    find_turn_change(response.followed + i, followed + i, change + i);
+  find_axes_change(response.num_contacts, num_axes, response.followed, followed, change);
   for (uint32_t i = 0; i < num_axes; ++i) {
     const bool is_turn = i >= 3 * response.num_contacts;
-    if (!is_turn) change[i] = (followed[i] - response.followed[i]) * pack.metres;
+    if (!is_turn) change[i] *= pack.metres;
     weights[i] = is_turn ? arm * arm : 1;
     square += weights[i] * change[i] * change[i];
     response.followed[i] = followed[i];

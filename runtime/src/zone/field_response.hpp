@@ -7,7 +7,7 @@
 //
 //   dU_h/dd = X_h - K_h^-1 sum of S_hk dU_k/dd over the other groups k,
 //
-// X_h: the group's own sensitivity to the axis.
+// X_h: the group's own sensitivity to the axis. They also give T and M, by which frames couple groups (zone_balance.hpp).
 //
 // From one delivery to the next the contact axes move by Dd, and the field by Du. The delivery updates U so that U explains
 // the change, U' Dd = Du (Broyden 1965, Math. Comp. 19):

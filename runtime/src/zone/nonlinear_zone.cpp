@@ -17,11 +17,8 @@ namespace {
 
 // What is left of an error at most, of what the contacts are moved by: a hundredth of what a zone is wrong by anyway.
 constexpr double kConverged = 1e-4;
-// kConverged, for moves of other groups since find_coupling(). A group feels a part of them, because groups share no node.
-constexpr double kMostUncoupled = 5e-4;
-constexpr double kOfOthers = 0.1;
-// A frame whose contacts stand still in a refined zone iterates until kConverged and kMostUncoupled times this are reached,
-// if its iterations suffice. The errors that a frame leaves are noise for the lane's acceleration.
+// A frame whose contacts stand still in a refined zone iterates until kConverged times this is reached, if its iterations
+// suffice. The errors that a frame leaves are noise for the lane's acceleration.
 constexpr double kAtRest = 1e-4;
 constexpr double kMostLeft =
     0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
@@ -44,7 +41,7 @@ double take_step(ZoneFrame& frame, ZoneGroup& group) {
     if (evaluate_group(frame, group)) {
       if (cut > 0) frame.flags |= PAL_FLAG_UNCONVERGED;
       follow_pressures(group.batches, frame.work.saved, frame.set.displacement, part);
-      count_move(frame, group, part * longest);
+      count_move(group, part * longest);
       return longest;
     }
     restore_group(frame, group);
@@ -128,10 +125,10 @@ void answer_on_the_way(const ZoneFrame& frame, ZoneGroup& group) {
 
 // What acts on all groups once some have gone back: a set that has just begun has no balance yet, only a place.
 void settle_groups(ZoneFrame& frame, const Setback* setbacks) {
+  find_coupling(frame);
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
     ZoneGroup& group = frame.set.groups[g];
     find_exterior_force(frame, group);  // a group at rest drops the correction of all
-    find_coupling(frame, group);
     if (setbacks[g] != Setback::none && !group.has_balance) {
       make_tangent(frame, group);
       conclude(frame, 0, group);
@@ -139,6 +136,87 @@ void settle_groups(ZoneFrame& frame, const Setback* setbacks) {
       find_residual(frame, group);
     }
   }
+}
+
+// A group that has no tangent or no balance gets a tangent where it is, or at rest where it cannot stay. Returns whether
+// that tangent is new.
+bool begin_group(ZoneFrame& frame, ZoneGroup& group, bool& went_back) {
+  if (group.has_tangent && group.has_balance) return false;
+  place_held(frame, group);
+  // A patch that was turned otherwise may not fit.
+  if (!evaluate_group(frame, group)) {
+    rest_group(frame.pack, frame.set, group);
+    place_held(frame, group);
+    evaluate_group(frame, group);
+    went_back = true;
+  }
+  if (group.has_tangent) return false;
+  // What it was taken back with was the stiffness of another place.
+  if (make_tangent(frame, group) && group.is_back && group.has_balance) keep_balance(frame.set, group);
+  return true;
+}
+
+// What the solve of a group came to.
+struct Solved {
+  uint32_t taken;  // iterations
+  bool failed;     // there was no way on
+  double left;     // of the error of displacements: length
+  bool done;       // it is in balance
+};
+
+// Newton iterations of a group whose contacts have moved, at least one. `size`: length that the accuracy refers to, and
+// `goal` a factor on that accuracy.
+Solved solve_group(ZoneFrame& frame, uint32_t iterations, double size, double goal, bool is_bounded,
+                   bool is_renewed, ZoneGroup& group) {
+  Solved solved = {};
+  const auto is_done = [&](double part) {
+    return solved.taken > 0 && !solved.failed && solved.left <= part * kConverged * size;
+  };
+  while (solved.taken < iterations && !solved.failed && !is_done(goal)) {
+    find_residual(frame, group);
+    const double before = size_of_residual(frame, group);
+    const double step = iterate(frame, is_bounded, group, is_renewed);
+    solved.failed = step < 0;
+    conclude(frame, step > kConverged * size ? before : 0, group);
+    solved.left = step * contraction(frame, group);
+    ++solved.taken;
+  }
+  solved.done = is_done(1);
+  return solved;
+}
+
+// Goes back where groups found no way on, and keeps the balance of the others. Returns whether any group has gone back.
+bool keep_or_go_back(ZoneFrame& frame, const double* wanted, double size, const Solved* solved) {
+  ZoneSet& set = frame.set;
+  Setback setbacks[kMostZoneContacts] = {};
+  bool goes_any_back = false;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    group.astray = !solved[g].done && group.left > kMostLeft ? group.astray + 1 : 0;
+    setbacks[g] = find_setback(frame, wanted, size, solved[g].failed, solved[g].done, group);
+    goes_any_back = goes_any_back || setbacks[g] != Setback::none;
+  }
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    ZoneGroup& group = set.groups[g];
+    if (setbacks[g] != Setback::none) {
+      go_back(frame, setbacks[g], group);
+      continue;
+    }
+    keep_trend(frame, group);
+    if (!solved[g].done) {
+      answer_on_the_way(frame, group);
+      continue;
+    }
+    group.failures = 0;
+    if (goes_any_back) continue;  // it is one with what is lost
+    group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
+    keep_balance(set, group);
+  }
+  if (goes_any_back) {
+    frame.flags |= PAL_FLAG_UNCONVERGED;
+    settle_groups(frame, setbacks);
+  }
+  return goes_any_back;
 }
 
 }  // namespace
@@ -153,100 +231,40 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   double farthest = 0;
   double size = 1e-6 * pack.max_displacement;
   for (uint32_t i = 0; i < set.num_axes; ++i) {
-    size = std::max(size, length_of(frame, i, displacements[i]));
+    set.force[i] -= set.coupled_force[i];
+    set.coupled_force[i] = 0;
     const double move = length_of(frame, i, displacements[i] - set.followed[i]);
-    size = std::max(size, move);
     farthest = std::max(farthest, move);
+    size = std::max({size, length_of(frame, i, displacements[i]), move});
   }
   const bool is_still = farthest <= kStill * pack.mean_surface_edge;
   const double goal = polishes && set.correction.is_refined && is_still ? kAtRest : 1;
   bool is_renewed[kMostZoneContacts] = {};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
-    ZoneGroup& group = set.groups[g];
-    if (!group.has_tangent || !group.has_balance) {
-      // A patch that was turned otherwise may not fit.
-      place_held(frame, group);
-      if (!evaluate_group(frame, group)) {
-        rest_group(pack, set, group);
-        place_held(frame, group);
-        evaluate_group(frame, group);
-        state.went_back = true;
-      }
-      is_renewed[g] = !group.has_tangent;
-      // What it was taken back with was the stiffness of another place.
-      if (!group.has_tangent && make_tangent(frame, group) && group.is_back && group.has_balance)
-        keep_balance(set, group);
-    }
-    group.is_back = false;
-    move_contacts(frame, group, displacements);
+    is_renewed[g] = begin_group(frame, set.groups[g], state.went_back);
+    set.groups[g].is_back = false;
+    move_contacts(frame, set.groups[g], displacements);
   }
-  bool failed[kMostZoneContacts] = {};
-  double left[kMostZoneContacts] = {};
-  const auto left_uncoupled = [](const ZoneGroup& group) { return kOfOthers * group.others_moved; };
-  const auto is_settled = [&](const ZoneGroup& group, double part) {
-    return left_uncoupled(group) <= part * kMostUncoupled * size;
-  };
-  const auto is_done = [&](uint32_t g, double part) {
-    return !failed[g] && left[g] <= part * kConverged * size;
-  };
-  const auto has_converged = [&](double part) {
-    bool all = set.num_groups > 0;
-    for (uint32_t g = 0; g < set.num_groups; ++g)
-      all = all && is_done(g, part) && is_settled(set.groups[g], part);
-    return all;
-  };
-  uint32_t taken = 0;
-  for (; taken < iterations && (taken == 0 || !has_converged(goal)); ++taken) {
-    for (uint32_t g = 0; g < set.num_groups; ++g) {
-      ZoneGroup& group = set.groups[g];
-      if (failed[g] || (taken > 0 && is_done(g, goal) && is_settled(group, goal))) continue;
-      find_coupling(frame, group);
-      find_residual(frame, group);
-      const double before = size_of_residual(frame, group);
-      const double step = iterate(frame, state.is_bounded, group, is_renewed[g]);
-      failed[g] = step < 0;
-      conclude(frame, step > kConverged * size ? before : 0, group);
-      left[g] = step * contraction(frame, group);
-    }
+  find_coupling(frame);
+  Solved solved[kMostZoneContacts] = {};
+  ZoneAnswer answer = {};
+  bool converged = true;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    solved[g] = solve_group(frame, iterations, size, goal, state.is_bounded, is_renewed[g], set.groups[g]);
+    answer.iterations = std::max(answer.iterations, solved[g].taken);
+    answer.left = std::max(answer.left, solved[g].left);
+    converged = converged && solved[g].done;
   }
-  bool done[kMostZoneContacts] = {};
-  for (uint32_t g = 0; g < set.num_groups; ++g) done[g] = taken > 0 && is_done(g, 1);
-  const bool converged = taken > 0 && has_converged(1);
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
-  Setback setbacks[kMostZoneContacts] = {};
-  bool goes_any_back = false;
+  answer.went_back = keep_or_go_back(frame, displacements, size, solved);
+  state.went_back = state.went_back || answer.went_back;
+  find_coupled_force(frame);
+  for (uint32_t i = 0; i < set.num_axes; ++i) set.force[i] += set.coupled_force[i];
+  answer.energy = set.correction.energy + coupled_energy(frame);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
-    ZoneGroup& group = set.groups[g];
-    group.astray = !done[g] && group.left > kMostLeft ? group.astray + 1 : 0;
-    setbacks[g] = find_setback(frame, displacements, size, failed[g], done[g], group);
-    goes_any_back = goes_any_back || setbacks[g] != Setback::none;
+    answer.energy += set.groups[g].stored;
+    advance_tangent(frame, set.groups[g]);
   }
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    ZoneGroup& group = set.groups[g];
-    if (setbacks[g] != Setback::none) {
-      go_back(frame, setbacks[g], group);
-      continue;
-    }
-    keep_trend(frame, group);
-    if (!done[g]) answer_on_the_way(frame, group);
-    if (!done[g] || !is_settled(group, 1)) continue;
-    group.failures = 0;
-    if (goes_any_back) continue;  // it is one with what is lost
-    group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
-    keep_balance(set, group);
-  }
-  if (goes_any_back) {
-    frame.flags |= PAL_FLAG_UNCONVERGED;
-    settle_groups(frame, setbacks);
-  }
-  ZoneAnswer answer = {0, taken, goes_any_back, set.correction.energy, 0};
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    ZoneGroup& group = set.groups[g];
-    answer.energy += group.stored;
-    answer.left = std::max({answer.left, left[g], left_uncoupled(group)});
-    advance_tangent(frame, group);
-  }
-  state.went_back = state.went_back || goes_any_back;
   if (!(fabs(answer.energy) <= kLargest)) answer.energy = 0;
   answer.flags = frame.flags;
   return answer;
@@ -273,15 +291,10 @@ void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& f
           static_cast<pal_real>(set.displacement[3 * i + axis] * pack.metres);
     field.own_nodes[field.num_own++] = packed;
   }
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    const ZoneGroup& group = set.groups[g];
-    double change[kMostZoneAxes];
-    find_change(set, group, set.correction.followed_then, set.followed, change);
-    for (uint32_t i = 0; i < group.num_axes; ++i) {
-      const double unit = i < 3 * group.num_contacts ? pack.metres : 1.0;
-      field.followed[contact_axis(set, group, i)] = static_cast<pal_real>(unit * change[i]);
-    }
-  }
+  double change[kMostZoneAxes];
+  find_axes_change(set.num_contacts, set.num_axes, set.correction.followed_then, set.followed, change);
+  for (uint32_t i = 0; i < set.num_axes; ++i)
+    field.followed[i] = static_cast<pal_real>(change[i] * (i < 3 * set.num_contacts ? pack.metres : 1.0));
   field.num_followed = set.num_axes;
   field.response = set.correction.field;
   if (set.correction.is_refined) field.refined_field = set.correction.field;

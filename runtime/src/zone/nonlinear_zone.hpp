@@ -7,13 +7,13 @@
 //   P(w) - P(0) + [S w_B + c]_B = f
 //   outside of V: u = u_e + U (d - d_e)
 //
-// B is the boundary of all groups, d are the displacements and turns of the contacts, and U says how the organ follows them
-// (field_response.hpp). c: the correction of the refining lane, and u_e, d_e the field and the contacts of its last
-// delivery (refinement.hpp); all zero at rest. Under gravity the elements' weight and P(0)
+// d are the displacements and turns of the contacts, and U says how the organ follows them (field_response.hpp). c: the
+// correction of the refining lane, and u_e, d_e the field and the contacts of its last delivery (refinement.hpp); all zero
+// at rest. zone_balance.hpp adds how zones act on each other. Under gravity the elements' weight and P(0)
 // cancel. The answer is exact for small displacements, where the zone is the whole organ, and where the lane's iterations have
 // converged.
 //
-// It is solved by Newton's method with a tangent that is kept while it is good (zone_tangent.hpp), group after group.
+// Each group is solved by Newton's method with a tangent that is kept while it is good (zone_tangent.hpp).
 #pragma once
 
 #include <palpate/palpate.h>

@@ -13,14 +13,16 @@ bool take_rows(ZonePreparation& preparation, ZoneGroup& group) {
   ZonePreparation::Used& used = preparation.used;
   const size_t boundary = group.boundary_stride;
   const size_t sensitivities = size_t{group.num_axes} * group.unknowns;
-  const size_t rows = 2 * sensitivities + size_t{3} * group.unknowns + 3 * boundary;
+  const size_t rows =
+      2 * sensitivities + size_t{3} * group.unknowns + (preparation.set.num_axes + size_t{3}) * boundary;
   const size_t tangent = size_t{round_to_columns(group.size)} * group.stride;
   if (used.rows + rows > preparation.room.rows || used.tangents + tangent > preparation.room.tangents)
     return false;
   group.coupled = preparation.set.rows + used.rows;
   group.coupled_in_balance = group.coupled + boundary;
   group.exterior_force = group.coupled_in_balance + boundary;
-  group.sensitivities = group.exterior_force + boundary;
+  group.coupling = group.exterior_force + boundary;
+  group.sensitivities = group.coupling + preparation.set.num_axes * boundary;
   group.spare_sensitivities = group.sensitivities + sensitivities;
   group.step = group.spare_sensitivities + sensitivities;
   group.trend = group.step + group.unknowns;

@@ -170,6 +170,7 @@ void take_condensation(const pal_pack& pack, const EliminationKernel& kernel, Re
   of.has_own = true;
   ++of.tangent;
   of.iterations_of_tangent = 0;
+  copy_blocks(of);
   restart_acceleration(of.acceleration);
   of.phase = Phase::evaluate;
   begin_evaluation(exterior_of(pack, kernel, of), of.exterior);
@@ -227,7 +228,7 @@ Progress advance_preparation(const pal_pack& pack, const EliminationKernel& kern
         of.unbalanced = 0;
         rest_exterior(exterior_of(pack, kernel, of), of.exterior);
       }
-      write_tangent(of, set.exterior_at_rest);
+      memcpy(set.exterior_at_rest, of.blocks, of.outline.exterior_size * sizeof *of.blocks);
       use_exterior(set.exterior_at_rest, set);
       of.phase = Phase::tangents;
       return Progress::goes_on;
@@ -290,7 +291,8 @@ Refined end_iteration(const pal_pack& pack, const EliminationKernel& kernel, Pro
                           of.response);
     write_field(pack, of);
     delivery.tangent = of.tangent;
-    if (of.mailbox.request.tangent != of.tangent) write_tangent(of, delivery.exterior);
+    if (of.mailbox.request.tangent != of.tangent)
+      memcpy(delivery.exterior, of.blocks, of.outline.exterior_size * sizeof *of.blocks);
     of.largest_energy = std::max(of.largest_energy, of.exterior.energy);
     delivery.change = of.change = find_change(pack, of);
     ++of.iterations;
@@ -335,6 +337,7 @@ void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, 
   refinement.rest = arena.take<double>(numbers);
   refinement.zone = arena.take<double>(numbers);
   refinement.is_zone_element = arena.take<uint8_t>(pack.organ.num_elements);
+  refinement.blocks = arena.take<float>(room.exterior);
   for (double** vector : {&refinement.moved, &refinement.forces})
     *vector = arena.take<double>(symmetric_stride(3 * kept));
 }

@@ -60,6 +60,7 @@ struct Refinement {
   double* rest;              // [num_nodes][3] from the mesh
   double* zone;              // [num_nodes][3] the request's displacements, and at rest elsewhere
   uint8_t* is_zone_element;  // [num_elements] scratch
+  float* blocks;             // [ZoneRoom::exterior] S of all groups, of `own` (exterior_size())
   double* moved;             // [stride of the boundary] scratch
   double* forces;            // [stride of the boundary] scratch
   enum class Phase : uint32_t {

@@ -161,13 +161,11 @@ bool place_set(const pal_pack& pack, const double* displacement, ZonePreparation
 void exchange_sets(const pal_pack& pack, const ZoneMailbox& mailbox, ZonePreparation& preparation,
                    ZoneState& state) {
   ZoneSet& set = preparation.set;
+  ZoneFrame frame = {pack, state.kernel, state.work, set, 0};
   const ZoneRequest& request = mailbox.request;
   double placed[kMostZoneAxes];
   memcpy(placed, set.followed, set.num_axes * sizeof *placed);
   const bool goes_on = state.active.ready && state.strained;
-  if (goes_on) take_places(pack, state.active, preparation.place_of, set);
-  carry_contacts(pack, state.active, set);
-  follow_patches(pack, set);
   ZoneCorrection& correction = set.correction;
   correction.number = request.next_set;
   correction.tangent = correction.rest_tangent = mailbox.delivery.tangent;
@@ -176,9 +174,12 @@ void exchange_sets(const pal_pack& pack, const ZoneMailbox& mailbox, ZonePrepara
   correction.change = static_cast<double>(INFINITY);
   for (double& change : correction.force_change) change = -1;
   if (goes_on && request.is_strained && mailbox.delivery.is_good && has_exterior(set))
-    take_correction(mailbox, placed, set);
+    take_correction(mailbox, placed, set.displacement, frame);
+  if (goes_on) take_places(pack, state.active, preparation.place_of, set);
+  carry_contacts(pack, state.active, set);
+  follow_patches(pack, set);
+  memset(set.coupled_force, 0, set.num_axes * sizeof *set.coupled_force);
   begin_groups(pack, state.work, set);
-  const ZoneFrame frame = {pack, state.kernel, state.work, set, 0};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     if (request.is_strained && !goes_on) rest_group(pack, set, group);

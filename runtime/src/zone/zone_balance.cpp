@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "runtime/src/numerics/product.hpp"
 #include "runtime/src/pack/pack_view.hpp"
 
 namespace palpate {
@@ -16,15 +17,21 @@ const double* at_rest(const ZoneFrame& frame, uint32_t place) {
   return frame.pack.zone_nodes[frame.set.nodes[place]].displacement;
 }
 
-// w_B, [boundary_stride].
-void find_boundary(const ZoneFrame& frame, const ZoneGroup& group, double* moved) {
+// w_B, [boundary_stride], of displacements of the set's nodes.
+void find_boundary(const ZoneFrame& frame, const ZoneGroup& group, const double* displacement,
+                   double* moved) {
   memset(moved, 0, group.boundary_stride * sizeof *moved);
   for (uint32_t b = 0; b < group.num_boundary; ++b) {
     const uint32_t place = first_boundary(group) + b;
     const double* rest = at_rest(frame, place);
     for (uint32_t axis = 0; axis < 3; ++axis)
-      moved[3 * b + axis] = frame.set.displacement[3 * place + axis] - rest[axis];
+      moved[3 * b + axis] = displacement[3 * place + axis] - rest[axis];
   }
+}
+
+// d, the change of the axes since the last delivery.
+void find_change_since(const ZoneSet& set, double* change) {
+  find_axes_change(set.num_contacts, set.num_axes, set.correction.followed_then, set.followed, change);
 }
 
 }  // namespace
@@ -51,35 +58,64 @@ bool evaluate_group(ZoneFrame& frame, ZoneGroup& group) {
 
 void find_exterior_force(ZoneFrame& frame, ZoneGroup& group) {
   ZoneWork& work = frame.work;
-  find_boundary(frame, group, work.boundary);
+  find_boundary(frame, group, frame.set.displacement, work.boundary);
   memset(group.exterior_force, 0, group.boundary_stride * sizeof *group.exterior_force);
   frame.kernel.add_symmetric_product(group.exterior, group.boundary_stride, work.boundary,
                                      group.exterior_force);
 }
 
-void add_coupling(const ZoneFrame& frame, const ZoneGroup& group, const ZoneGroup& other, const double* x,
-                  double* force) {
-  const float* block = group.couplings;
-  for (const ZoneGroup* before = frame.set.groups; before != &other; ++before)
-    block += before == &group ? 0 : size_t{group.boundary_stride} * 3 * before->num_boundary;
-  frame.kernel.add_product(block, group.boundary_stride, group.boundary_stride, 3 * other.num_boundary, x,
-                           force);
+void find_coupling(ZoneFrame& frame) {
+  ZoneSet& set = frame.set;
+  if (set.num_groups == 1) return;
+  double change[kMostZoneAxes];
+  find_change_since(set, change);
+  for (ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
+    memset(group->coupled, 0, group->boundary_stride * sizeof *group->coupled);
+    for (uint32_t axis = 0; axis < set.num_axes; ++axis) {
+      const double* column = group->coupling + size_t{axis} * group->boundary_stride;
+      for (uint32_t i = 0; i < group->boundary_stride; ++i) group->coupled[i] += change[axis] * column[i];
+    }
+  }
 }
 
-void find_coupling(ZoneFrame& frame, ZoneGroup& group) {
-  group.others_moved = 0;
-  if (frame.set.num_groups == 1) return;
-  memset(group.coupled, 0, group.boundary_stride * sizeof *group.coupled);
-  for (const ZoneGroup* other = frame.set.groups; other < frame.set.groups + frame.set.num_groups; ++other) {
-    if (other == &group) continue;
-    find_boundary(frame, *other, frame.work.vector);
-    add_coupling(frame, group, *other, frame.work.vector, group.coupled);
+double coupled_energy(const ZoneFrame& frame) {
+  const ZoneSet& set = frame.set;
+  if (set.num_groups == 1) return 0;
+  double change[kMostZoneAxes];
+  find_change_since(set, change);
+  double energy = 0;
+  for (uint32_t i = 0; i < set.num_axes; ++i)
+    energy -= change[i] * (set.correction.coupled_then[i] +
+                           0.5 * product(set.coupled_stiffness[i], change, set.num_axes));
+  return energy;
+}
+
+void find_axis_forces(ZoneFrame& frame, const double* displacement, double* forces) {
+  const ZoneSet& set = frame.set;
+  memset(forces, 0, set.num_axes * sizeof *forces);
+  if (set.num_groups == 1) return;
+  for (const ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
+    find_boundary(frame, *group, displacement, frame.work.vector);
+    for (uint32_t axis = 0; axis < set.num_axes; ++axis)
+      forces[axis] += product(group->coupling + size_t{axis} * group->boundary_stride, frame.work.vector,
+                              group->boundary_stride);
   }
+}
+
+void find_coupled_force(ZoneFrame& frame) {
+  ZoneSet& set = frame.set;
+  find_axis_forces(frame, set.displacement, set.coupled_force);
+  if (set.num_groups == 1) return;
+  double change[kMostZoneAxes];
+  find_change_since(set, change);
+  for (uint32_t i = 0; i < set.num_axes; ++i)
+    set.coupled_force[i] -=
+        set.correction.coupled_then[i] + product(set.coupled_stiffness[i], change, set.num_axes);
 }
 
 void find_outside(ZoneFrame& frame, const ZoneGroup& group) {
   ZoneWork& work = frame.work;
-  find_boundary(frame, group, work.boundary);
+  find_boundary(frame, group, frame.set.displacement, work.boundary);
   for (uint32_t i = 0; i < group.boundary_stride; ++i)
     work.outside[i] = group.exterior_force[i] + group.coupled[i];
   const double* correction = frame.set.correction.force + size_t{3} * first_boundary(group);
@@ -133,7 +169,7 @@ double outside_energy(const ZoneFrame& frame, const ZoneGroup& group) {
   const double* correction = frame.set.correction.force + size_t{3} * first_boundary(group);
   double energy = 0;
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
-    energy += 0.5 * frame.work.boundary[i] * (frame.work.outside[i] + correction[i]);
+    energy += 0.5 * frame.work.boundary[i] * (frame.work.outside[i] + correction[i] + group.coupled[i]);
   return energy;
 }
 

@@ -1,5 +1,20 @@
 // The forces on the nodes of a group: of its own elements, of the exterior, and of the other groups. nonlinear_zone.hpp
-// and zone_set.hpp have the equations and the names. Units of the model.
+// and zone_set.hpp have the names. Units of the model.
+//
+// S has a block S_gh for each pair of groups. Zones would share one solve if group h acted on group g by S_gh w_h. Instead
+// a frame takes the boundaries of the *other* groups to first order from the last delivery, which had the boundaries at
+// w_h^e and the contact axes at d_e. With U_h = dw_h/dd (field_response.hpp) and d the change of the axes since,
+//
+//   w_h = w_h^e + U_h d,     T_g = sum of S_gh U_h over h != g,     M = sum of T_g^T U_g over g
+//
+// the exterior stores the energy and exerts the forces on boundaries and axes
+//
+//   E   = sum over g of (w_g . S_gg w_g / 2 + c_g . w_g + (w_g - w_g^e) . T_g d) - d . M d / 2 + C
+//   q_g = dE/dw_g = S_gg w_g + c_g + T_g d
+//   p   = dE/dd   = sum over g of T_g^T (w_g - w_g^e) - M d
+//
+// So each group is solved alone, and the forces are still the gradient of one energy. c and C make q_g and E exact at the
+// delivery. The error of q_g is of second order in d; p, too, which is zero where the zones respond linearly.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -29,23 +44,27 @@ bool evaluate_group(ZoneFrame& frame, ZoneGroup& group);
 // ZoneGroup::exterior_force, at the group's displacements. ZoneWork::boundary := w_B.
 void find_exterior_force(ZoneFrame& frame, ZoneGroup& group);
 
-// Adds the force S_gh x on the boundary of a group by a displacement x of the boundary of another group, [stride of the
-// boundary], to `force`, [stride of the boundary].
-void add_coupling(const ZoneFrame& frame, const ZoneGroup& group, const ZoneGroup& other, const double* x,
-                  double* force);
+// ZoneGroup::coupled of all groups, T d, at the axes that the set has.
+void find_coupling(ZoneFrame& frame);
 
-// ZoneGroup::coupled, at the displacements of the other groups.
-void find_coupling(ZoneFrame& frame, ZoneGroup& group);
+// The part - d . sum of T^T w^e - d . M d / 2 of the exterior's energy, which no single group has.
+double coupled_energy(const ZoneFrame& frame);
 
-// ZoneWork::outside := the force S w + c of the exterior on the boundary (ZoneCorrection), after evaluate_group() and
-// find_coupling(). ZoneWork::boundary := w_B.
+// ZoneSet::coupled_force, p, at the displacements and axes that the set has.
+void find_coupled_force(ZoneFrame& frame);
+
+// Sum over groups of T^T w, [axes of the set], for displacements of the set's nodes, [max_nodes][3] from the mesh.
+void find_axis_forces(ZoneFrame& frame, const double* displacement, double* forces);
+
+// ZoneWork::outside := the force q of the exterior on the boundary, after evaluate_group() and find_coupling().
+// ZoneWork::boundary := w_B.
 void find_outside(ZoneFrame& frame, const ZoneGroup& group);
 
 // ZoneWork::residual := the forces that are missing for balance, [unknowns], then the forces on the contacts, three
 // each. After evaluate_group(); calls find_outside().
 void find_residual(ZoneFrame& frame, const ZoneGroup& group);
 
-// The group's part of the exterior's energy, after find_outside(), without the constant ZoneCorrection::energy.
+// The group's part of the exterior's energy, w . S w / 2 + c . w + w . T d, after find_outside().
 double outside_energy(const ZoneFrame& frame, const ZoneGroup& group);
 
 // What the group and the organ outside of it store, after find_residual().

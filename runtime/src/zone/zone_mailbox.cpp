@@ -31,20 +31,15 @@ double farthest(const ZoneFrame& frame, const double* now, const double* then) {
   return largest;
 }
 
-// The exterior's energy where the zone is, without the constant: by group. `has_new_tangent`: S is not that of the last
-// evaluate_group(); the coupling in balance follows it.
-void find_energies(ZoneFrame& frame, bool has_new_tangent, double* energies) {
+// The exterior's energy where the zones are. `energies`: the part of each group.
+double find_energies(ZoneFrame& frame, double* energies) {
+  double sum = frame.set.correction.energy + coupled_energy(frame);
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
-    ZoneGroup& group = frame.set.groups[g];
-    if (has_new_tangent) {
-      find_exterior_force(frame, group);
-      for (uint32_t i = 0; i < group.boundary_stride; ++i) group.coupled_in_balance[i] -= group.coupled[i];
-      find_coupling(frame, group);
-      for (uint32_t i = 0; i < group.boundary_stride; ++i) group.coupled_in_balance[i] += group.coupled[i];
-    }
-    find_outside(frame, group);
-    energies[g] = outside_energy(frame, group);
+    find_outside(frame, frame.set.groups[g]);
+    energies[g] = outside_energy(frame, frame.set.groups[g]);
+    sum += energies[g];
   }
+  return sum;
 }
 
 // Makes a change of the correction and counts the energy that it brings.
@@ -54,16 +49,22 @@ void change_correction(const pal_pack& pack, ZoneState& state, Change&& change) 
   ZoneFrame frame = frame_of(pack, state);
   double before[kMostZoneContacts] = {};
   double after[kMostZoneContacts] = {};
-  find_energies(frame, false, before);
+  const double sum = find_energies(frame, before);
   const uint64_t tangent = set.correction.tangent;
-  const double constant = set.correction.energy;
-  change();
-  find_energies(frame, set.correction.tangent != tangent, after);
-  state.corrected_energy += set.correction.energy - constant;
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    state.corrected_energy += after[g] - before[g];
-    set.groups[g].stored_in_balance += after[g] - before[g];
-  }
+  const auto move_balance = [&](double sign) {
+    for (ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
+      for (uint32_t i = 0; i < group->boundary_stride; ++i)
+        group->coupled_in_balance[i] += sign * group->coupled[i];
+    }
+  };
+  move_balance(-1);
+  change(frame);
+  find_coupling(frame);
+  move_balance(1);
+  for (uint32_t g = 0; g < set.num_groups && set.correction.tangent != tangent; ++g)
+    find_exterior_force(frame, set.groups[g]);
+  state.corrected_energy += find_energies(frame, after) - sum;
+  for (uint32_t g = 0; g < set.num_groups; ++g) set.groups[g].stored_in_balance += after[g] - before[g];
 }
 
 // Whether the contacts of the set are nearer to rest, where c = 0 is right, than to these places.
@@ -79,7 +80,7 @@ void drop_if_useless(const pal_pack& pack, ZoneState& state) {
   if (!correction.is_refined ||
       (correction.failures < kMostFailures && !is_nearer_to_rest(frame, correction.followed_then)))
     return;
-  change_correction(pack, state, [&] { drop_correction(set); });
+  change_correction(pack, state, [&](ZoneFrame&) { drop_correction(set); });
   state.has_jumped = true;
 }
 
@@ -111,9 +112,9 @@ Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
   if (!delivery.is_good || is_far) return Taken::rejected;
   const bool begins = !correction.is_refined || !isfinite(correction.change);
   state.has_jumped = state.has_jumped || begins;
-  change_correction(pack, state, [&] {
+  change_correction(pack, state, [&](ZoneFrame& now) {
     take_tangent(delivery, state);
-    take_correction(mailbox, request.followed, set);
+    take_correction(mailbox, request.followed, request.displacement, now);
   });
   const bool is_of_this_tissue = request.inclusion_version == state.inclusion_version;
   correction.change = is_of_this_tissue ? delivery.change : static_cast<double>(INFINITY);
@@ -166,8 +167,10 @@ bool take_prepared(ZoneMailbox& mailbox) {
   return true;
 }
 
-void take_correction(const ZoneMailbox& mailbox, const double* followed, ZoneSet& set) {
-  ZoneCorrection& correction = set.correction;
+void take_correction(const ZoneMailbox& mailbox, const double* followed, const double* displacement,
+                     ZoneFrame& frame) {
+  const ZoneSet& set = frame.set;
+  ZoneCorrection& correction = frame.set.correction;
   const ZoneDelivery& delivery = mailbox.delivery;
   size_t taken = 0;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
@@ -183,6 +186,7 @@ void take_correction(const ZoneMailbox& mailbox, const double* followed, ZoneSet
   correction.failures = 0;
   correction.field = mailbox.field;
   memcpy(correction.followed_then, followed, set.num_axes * sizeof *followed);
+  find_axis_forces(frame, displacement, correction.coupled_then);
 }
 
 Taken take_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state) {

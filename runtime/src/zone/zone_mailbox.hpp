@@ -10,13 +10,13 @@
 // Neither lane waits.
 //
 // An iteration ends with the exterior's force g and tangent S, condensed onto the boundary at w_e. To frames the exterior
-// is linear from there, S (w - w_e) + g = S w + c (ZoneCorrection); a delivery has S and c. Where the iterations have converged,
-// the answer is that of the whole organ. Units of the model.
+// is linear from there (zone_balance.hpp); a delivery has S_gg, c_g = g_g - S_gg w_g^e and C. Where the iterations have
+// converged, the answer is that of the whole organ. Units of the model.
 #pragma once
 
 #include <palpate/palpate.h>
 
-#include "runtime/src/zone/zone_set.hpp"
+#include "runtime/src/zone/zone_balance.hpp"
 
 namespace palpate {
 
@@ -82,9 +82,10 @@ Taken take_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
 // Whether a prepared set is delivered. The mailbox is idle then.
 bool take_prepared(ZoneMailbox& mailbox);
 
-// c, C and the field of the delivery become those of the set, whose S the delivery belongs to. `followed`: ZoneSet::followed
-// that belongs to the field.
-void take_correction(const ZoneMailbox& mailbox, const double* followed, ZoneSet& set);
+// c, C and the field of the delivery become those of the set, whose S the delivery belongs to. `followed` and
+// `displacement`: ZoneSet's where the delivery was computed.
+void take_correction(const ZoneMailbox& mailbox, const double* followed, const double* displacement,
+                     ZoneFrame& frame);
 
 // After a frame without rejected steps: requests an iteration, but not where contacts at rest have converged, nor while the
 // mailbox is not idle. `used`: a bit for each field that snapshots use.

@@ -188,12 +188,9 @@ void restore_group(ZoneFrame& frame, const ZoneGroup& group) {
          size_t{3} * group.num_nodes * sizeof(double));
 }
 
-void count_move(ZoneFrame& frame, ZoneGroup& group, double length) {
+void count_move(ZoneGroup& group, double length) {
   group.moved += length;
   group.moved_since += length;
-  for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
-    if (&frame.set.groups[g] != &group) frame.set.groups[g].others_moved += length;
-  }
 }
 
 void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
@@ -217,7 +214,7 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
   group.jammed = is_taken ? 0 : group.jammed + 1;
   if (is_taken) {
     follow_pressures(group.batches, frame.work.saved, frame.set.displacement, 0);
-    count_move(frame, group, step.part * step.length);
+    count_move(group, step.part * step.length);
   } else {
     evaluate_group(frame, group);  // the forces of the group where it stays
   }

@@ -37,8 +37,8 @@ void add_to_unknowns(const ZoneFrame& frame, const ZoneGroup& group, const doubl
 void save_group(const ZoneFrame& frame, const ZoneGroup& group);
 void restore_group(ZoneFrame& frame, const ZoneGroup& group);
 
-// Adds a length to `moved` and `moved_since` of the group, and to `others_moved` of the other groups.
-void count_move(ZoneFrame& frame, ZoneGroup& group, double length);
+// Adds a length to `moved` and `moved_since` of the group.
+void count_move(ZoneGroup& group, double length);
 
 // Moves the contacts towards `wanted` [axes of the set] and predicts the unknowns. The step ends within
 // ZoneGroup::longest_step mean surface edges of the last equilibrium, and is halved while an element is inverted. Sets

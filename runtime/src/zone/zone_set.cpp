@@ -48,11 +48,12 @@ ZoneRoom zone_room(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fix
   room.quadratic = std::min(room.elements, pack.num_quadratic);
   room.boundary = times(pack.most_zone_boundary, pack.num_zone_nodes) + room.fixed;
   room.masters = room.contacts * pack.max_patch_nodes;
+  // Groups round the sizes of their arrays up.
   const size_t stride = symmetric_stride(3 * room.boundary + kSymmetricRows * room.contacts);
   room.exterior = stride * stride;
   const uint32_t axes = room.axes_per_contact * room.contacts;
   const uint32_t unknowns = 3 * room.nodes + kEliminationColumns;
-  room.rows = size_t{2 * axes + 3} * (unknowns + kEliminationColumns * room.contacts) + 3 * stride;
+  room.rows = size_t{2 * axes + 3} * (unknowns + kEliminationColumns * room.contacts) + (axes + 3) * stride;
   const uint32_t size = unknowns + axes + kEliminationRows * room.contacts;
   room.tangents = size_t{round_to_columns(size)} * elimination_stride(size);
   return room;
@@ -67,6 +68,8 @@ void carve_set(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneSet
   set.followed = arena.take<double>(axes);
   set.wanted = arena.take<double>(axes);
   set.force = arena.take<double>(axes);
+  set.coupled_force = arena.take<double>(axes);
+  set.coupled_stiffness = arena.take<double[kMostZoneAxes]>(axes);
   set.stiffness = arena.take<double[kMostZoneAxes]>(axes);
   set.points = arena.take<double[3]>(room.contacts);
   set.places = arena.take<double[3]>(room.contacts);
@@ -79,6 +82,7 @@ void carve_set(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneSet
   for (double** of_nodes : {&set.displacement, &set.rest_force, &set.correction.force})
     *of_nodes = arena.take<double>(values);
   set.correction.followed_then = arena.take<double>(axes);
+  set.correction.coupled_then = arena.take<double>(axes);
   set.balanced = {arena.take<double>(values), arena.take<double>(axes), arena.take<double>(axes),
                   arena.take<double[3]>(room.contacts), arena.take<double[kMostZoneAxes]>(axes)};
   const auto batches = [&](uint32_t elements) { return elements / kLanes + room.contacts; };
@@ -158,24 +162,17 @@ bool has_exterior(const ZoneSet& set) {
 }
 
 size_t exterior_size(const ZoneSet& set) {
-  size_t all = 0;
   size_t size = 0;
-  for (uint32_t g = 0; g < set.num_groups; ++g) all += size_t{3} * set.groups[g].num_boundary;
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    const ZoneGroup& group = set.groups[g];
-    size += group.boundary_stride * (all + group.boundary_stride - size_t{3} * group.num_boundary);
-  }
+  for (uint32_t g = 0; g < set.num_groups; ++g)
+    size += size_t{set.groups[g].boundary_stride} * set.groups[g].boundary_stride;
   return size;
 }
 
 void use_exterior(float* exterior, ZoneSet& set) {
-  uint32_t all = 0;
-  for (uint32_t g = 0; g < set.num_groups; ++g) all += 3 * set.groups[g].num_boundary;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     group.exterior = exterior;
-    group.couplings = exterior + size_t{group.boundary_stride} * group.boundary_stride;
-    exterior = group.couplings + size_t{group.boundary_stride} * (all - 3 * group.num_boundary);
+    exterior += size_t{group.boundary_stride} * group.boundary_stride;
     group.has_new_exterior = true;
   }
 }
@@ -184,6 +181,7 @@ void drop_correction(ZoneSet& set) {
   ZoneCorrection& correction = set.correction;
   memset(correction.force, 0, size_t{3} * set.num_nodes * sizeof *correction.force);
   memset(correction.followed_then, 0, set.num_axes * sizeof *correction.followed_then);
+  memset(correction.coupled_then, 0, set.num_axes * sizeof *correction.coupled_then);
   correction.energy = 0;
   if (correction.tangent != correction.rest_tangent) use_exterior(set.exterior_at_rest, set);
   correction.tangent = correction.rest_tangent;
@@ -191,6 +189,12 @@ void drop_correction(ZoneSet& set) {
   correction.is_refined = correction.is_unstable = false;
   correction.failures = 0;
   ++correction.restarts;
+}
+
+void find_axes_change(uint32_t num_contacts, uint32_t num_axes, const double* from, const double* to,
+                      double* change) {
+  for (uint32_t i = 0; i < 3 * num_contacts; ++i) change[i] = to[i] - from[i];
+  for (uint32_t i = 3 * num_contacts; i < num_axes; i += 3) find_turn_change(from + i, to + i, change + i);
 }
 
 void keep_balance(ZoneSet& set, ZoneGroup& group) {
@@ -218,7 +222,7 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
     memcpy(set.displacement + size_t{3} * i, pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof(double));
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
-    set.followed[at] = set.wanted[at] = set.force[at] = 0;
+    set.followed[at] = set.wanted[at] = set.force[at] = set.coupled_force[at] = 0;
     memset(set.stiffness[at], 0, sizeof *set.stiffness);  // until there is a tangent
   }
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot)

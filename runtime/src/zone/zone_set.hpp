@@ -4,8 +4,8 @@
 // also belong to elements outside, and the nodes that are fixed while running. The refining lane condenses the organ
 // outside onto B as a stiffness S (condensation.hpp).
 //
-// Contacts whose zones share a node share a zone, a *group*. Groups act on each other through the blocks of S between
-// them. The lane prepares a set with S at rest (preparation.hpp) and hands over the tangent S later (refinement.hpp).
+// Contacts whose zones share a node share a zone, a *group*. How groups act on each other: zone_balance.hpp. The lane
+// prepares a set with S at rest (preparation.hpp) and hands over the tangent S later (refinement.hpp).
 #pragma once
 
 #include <palpate/palpate.h>
@@ -38,13 +38,12 @@ struct ZoneGroup {
   uint32_t size;      // rows of the tangent's matrix: the unknowns, then num_axes
   uint32_t stride;
   uint32_t boundary_stride;
-  float* exterior;        // [boundary_stride][boundary_stride] the block of S of this boundary, symmetric
-  float* couplings;       // the blocks of S between this boundary and each other: [boundary_stride] a column
-  bool has_new_exterior;  // S has changed since the tangent in use was begun
-  double* coupled;        // [boundary_stride] force of the other boundaries on this one, as computed last
-  double others_moved;    // length that other groups have moved since `coupled` was computed
+  float* exterior;         // [boundary_stride][boundary_stride] the block of S of this boundary, symmetric
+  bool has_new_exterior;   // S has changed since the tangent in use was begun
+  double* exterior_force;  // [boundary_stride] S w_B, computed by evaluate_group()
+  double* coupling;        // [axes of the set][boundary_stride] T
+  double* coupled;         // [boundary_stride] T d, computed by find_coupling()
   double* coupled_in_balance;  // [boundary_stride] `coupled` at the last balance of the group
-  double* exterior_force;      // [boundary_stride] S w_B, computed by evaluate_group()
 
   // The tangent in use (zone_tangent.hpp)
   float* factor;          // [size rounded to columns][stride], eliminated
@@ -119,8 +118,7 @@ struct ZonePlace {
   double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
 };
 
-// The exterior as the refining lane has delivered it (zone_mailbox.hpp). With w the displacement of the boundary, the
-// force on the boundary is S w + c, and the energy w . S w / 2 + c . w + C. At rest c and C are zero.
+// The exterior as the refining lane has delivered it (zone_mailbox.hpp): c and C of zone_balance.hpp, zero at rest.
 struct ZoneCorrection {
   uint64_t number;    // no other set of the session has this number
   uint32_t restarts;  // times that the correction was dropped
@@ -135,6 +133,7 @@ struct ZoneCorrection {
   double change;          // ZoneDelivery::change; infinite where no iteration of this tissue has succeeded
   bool is_unstable;       // ZoneDelivery::is_unstable
   double* followed_then;  // ZoneSet::followed where the field's displacements belong to; zero at rest
+  double* coupled_then;   // [num_axes] sum over groups of T^T w_e
   // The change that the delivery made to the force of each contact, where all contacts stand still; negative: unknown
   double force_change[kMostZoneContacts];
 };
@@ -163,12 +162,14 @@ struct ZoneSet {
   double* rest_force;      // [max_nodes][3] of the elements at rest, which the organ's weight holds
   // Axes: displacements [num_contacts][3], then turns [num_contacts][3] where patches turn (patch_rotation.hpp)
   uint32_t num_axes;
-  double* followed;  // [num_axes] of the patches, from rest
-  double* wanted;    // [num_axes] goal of the last frame along axes of given forces; else as `followed`
-  double* force;     // [num_axes] forces and torques
-  double (*stiffness)[kMostZoneAxes];  // [num_axes] of the tangents; zero between groups
-  double (*points)[3];                 // [max_contacts] points at rest, length unit, about which patches turn
-  double (*places)[3];                 // [max_contacts] the contacts' places at rest
+  double* followed;       // [num_axes] of the patches, from rest
+  double* wanted;         // [num_axes] goal of the last frame along axes of given forces; else as `followed`
+  double* force;          // [num_axes] forces and torques
+  double* coupled_force;  // [num_axes] the part p of `force`
+  double (*coupled_stiffness)[kMostZoneAxes];  // [num_axes] M
+  double (*stiffness)[kMostZoneAxes];          // [num_axes] of the tangents; zero between groups
+  double (*points)[3];   // [max_contacts] points at rest, length unit, about which patches turn
+  double (*places)[3];   // [max_contacts] the contacts' places at rest
   double (*turning)[9];  // [max_contacts] d torque / d rotation of the patch under the forces on its nodes
   ZoneCorrection correction;
   ZonePlace balanced;  // the last balance of each group, or the state in which the group began
@@ -277,14 +278,19 @@ bool is_alone_in_zone(const ZoneSet& set, uint32_t contact);
 // Whether elements of the organ are outside of the set's zones.
 bool has_exterior(const ZoneSet& set);
 
-// Numbers in S of all groups: ZoneGroup::exterior and ZoneGroup::couplings, group by group.
+// Numbers in S of all groups: ZoneGroup::exterior, group by group.
 size_t exterior_size(const ZoneSet& set);
 
-// Points each group at its blocks of this S.
+// Points each group at its block of this S.
 void use_exterior(float* exterior, ZoneSet& set);
 
 // Takes c, C and S back to rest; contacts stay.
 void drop_correction(ZoneSet& set);
+
+// The change of the axes of a set between two vectors: differences of displacements, and rotation vectors from one
+// patch rotation to the other.
+void find_axes_change(uint32_t num_contacts, uint32_t num_axes, const double* from, const double* to,
+                      double* change);
 
 // How the patch of a contact has turned.
 Rotation patch_rotation(const ZoneSet& set, uint32_t contact);
