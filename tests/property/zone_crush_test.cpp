@@ -66,7 +66,9 @@ struct Walk {
     const bool is_back = !has_ended(results) && largest_force(results) == 0;
     if (is_back && !was_back) {
       ++returns;
-      EXPECT_LE(largest_stiffness(results), stiffness_at_rest) << "not that of where they were";
+      constexpr double kRounding = 1e-5;  // of float32, summed in another order
+      EXPECT_LE(largest_stiffness(results), (1 + kRounding) * stiffness_at_rest)
+          << "not that of where they were";
     }
     was_back = is_back;
     return results;
@@ -254,7 +256,7 @@ TEST(ZoneCrush, RestartsFromRestWithoutAPath) {
   const auto depth_after = [&](int frames, double depth) {
     pal_contact_result result = {};
     for (int frame = 0; frame < frames; ++frame) {
-      session.get()->tissue.zone.active.groups[0].longest_step = 1e-9;
+      session.get()->tissue.zone.active.groups[0].setbacks.longest_step = 1e-9;
       result = session.touch(pressed_by(depth))[0];
       EXPECT_NE(result.flags & PAL_FLAG_UNCONVERGED, 0U);
     }

@@ -91,6 +91,7 @@ TEST(ZoneMotion, ATremblingToolDoesNotRepeatWhatOthersDo) {
     const double t = kTurn * frame;
     contacts[1].displacement[0] = kReach * std::cos(t);
     contacts[1].displacement[1] = kReach * std::sin(t);
+    refine(session);
     return session.touch(contacts);
   };
   for (int frame = 0; frame < PAL_ZONE_STIFFNESS_FRAMES; ++frame) touch(0);
@@ -110,27 +111,21 @@ TEST(ZoneMotion, ATremblingToolDoesNotRepeatWhatOthersDo) {
 }
 
 struct Tangents {
-  int frames = 0;  // largest number of frames between two tangents
-  int taken = 0;   // number of tangents, over all groups
+  uint32_t oldest = 0;  // frames
+  int taken = 0;        // number of tangents, over all groups
 };
 
 Tangents tangents_of(OwnedSession& session, int frames, const std::function<void(int)>& touch) {
   const ZoneState& zone = session.get()->tissue.zone;
-  std::vector<const float*> factors(pack::kMostZoneContacts);
-  std::vector<int> since(pack::kMostZoneContacts);
+  std::vector<uint32_t> ages(pack::kMostZoneContacts);
   Tangents tangents;
   for (int frame = 0; frame < frames; ++frame) {
     touch(frame);
     for (uint32_t g = 0; g < zone.active.num_groups; ++g) {
-      const float* factor = zone.active.groups[g].factor;
-      ++since[g];
-      if (factor == factors[g]) continue;
-      if (factors[g] != nullptr) {
-        tangents.frames = std::max(tangents.frames, since[g]);
-        ++tangents.taken;
-      }
-      factors[g] = factor;
-      since[g] = 0;
+      const uint32_t age = zone.active.groups[g].tangent.age;
+      tangents.taken += age <= ages[g] && frame > 0 ? 1 : 0;
+      tangents.oldest = std::max(tangents.oldest, age);
+      ages[g] = age;
     }
   }
   return tangents;
@@ -143,11 +138,16 @@ TEST(ZoneMotion, TangentsAreMadeInTime) {
       const ZoneBlock& organ = tissue_block(3, false, Eigen::Vector3d::Zero(), cells, 1.05 / cells);
       for (const std::vector<uint32_t>& sites : kSets) {
         SCOPED_TRACE(testing::Message() << cells << " cells, " << rings << " rings, " << sites.size());
-        OwnedSession session(organ.pack->get(), organ.config(4, rings));
-        const Tangents tangents =
-            tangents_of(session, 150, [&](int frame) { session.touch(on_circle(sites, frame)); });
-        EXPECT_GE(tangents.taken, 8);
-        EXPECT_LE(tangents.frames, static_cast<int>(kTangentFrames));
+        for (const int every : {0, 4}) {  // frames from an iteration of the lane to the next; 0: none
+          OwnedSession session(organ.pack->get(), organ.config(4, rings));
+          session.touch(on_circle(sites, 0));
+          const Tangents tangents = tangents_of(session, 150, [&](int frame) {
+            session.touch(on_circle(sites, frame));
+            if (every > 0 && frame % every == 0) refine(session);
+          });
+          EXPECT_GE(tangents.taken, every > 0 ? 150 / every - 2 : 150 / PAL_ZONE_STIFFNESS_FRAMES);
+          EXPECT_LT(tangents.oldest, every > 0 ? 2 * every : PAL_ZONE_STIFFNESS_FRAMES);
+        }
       }
     }
   }
@@ -193,9 +193,7 @@ TEST(ZoneMotion, PreparedSetsHaveTheirTangents) {
     EXPECT_EQ(session.touch_once(contacts).front().model, PAL_MODEL_ZONE);
     const ZoneSet& active = session.get()->tissue.zone.active;
     for (uint32_t g = 0; g < active.num_groups; ++g) {
-      EXPECT_NE(active.groups[g].factor, nullptr);
-      EXPECT_NE(active.groups[g].spare, nullptr);
-      EXPECT_NE(active.groups[g].factor, active.groups[g].spare);
+      EXPECT_NE(active.groups[g].tangent.factor, nullptr);
     }
     EXPECT_TRUE(has_ended(settle(session, contacts)));
   }

@@ -55,14 +55,14 @@ struct CondensedOrgan {
     }
     std::fill_n(whole.roles, pack.organ.num_nodes, NodeRole::eliminated);
     mark_zone(zone_elements);
-    left_out.resize(num_lanes(elements));
-    leave_out(pack.organ, elements, is_zone_element.data(), left_out.data());
+    zone_of_lane.resize(num_lanes(elements));
+    list_zones(pack.organ, elements, is_zone_element.data(), zone_of_lane.data());
   }
 
-  bool run() { return advance(nullptr, nullptr, whole) && advance(&whole, left_out.data(), exterior); }
+  bool run() { return advance(nullptr, nullptr, whole) && advance(&whole, zone_of_lane.data(), exterior); }
 
   // What is outside of the zone.
-  Exterior outside() const { return {pack, kernel, front_of, elements, left_out.data(), rest.data()}; }
+  Exterior outside() const { return {pack, kernel, front_of, elements, zone_of_lane.data(), rest.data()}; }
 
   bool advance(const Condensation* shared, const uint8_t* without, Condensation& condensation) {
     const Exterior what = {pack, kernel, front_of, elements, without, rest.data()};
@@ -127,7 +127,7 @@ struct CondensedOrgan {
   const pal_pack& pack;
   OrganTree tree;
   std::vector<uint8_t> is_zone_element;
-  std::vector<uint8_t> left_out;
+  std::vector<uint8_t> zone_of_lane;
   std::vector<double> rest;
   EliminationKernel kernel = choose_elimination_kernel();
   OrganElements elements;

@@ -129,8 +129,8 @@ void find_force_changes(const double* followed, const double* forces, ZoneSet& s
 void exchange_with_lane(TissueState& tissue, ZoneAnswer& answer) {
   const ZoneSet& set = tissue.zone.active;
   const ZoneCorrection& correction = set.correction;
-  if (!has_exterior(set)) return;
-  if (!correction.is_refined || !isfinite(correction.change)) answer.flags |= PAL_FLAG_UNREFINED;
+  if (has_exterior(set) && (!correction.is_refined || !isfinite(correction.change)))
+    answer.flags |= PAL_FLAG_UNREFINED;
   if (correction.is_unstable) answer.flags |= PAL_FLAG_UNCONVERGED;
   if (!answer.went_back)
     request_iteration(*tissue.pack, used_fields(tissue.snapshots), tissue.zone, tissue.refinement.mailbox);

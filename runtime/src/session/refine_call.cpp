@@ -33,7 +33,7 @@ extern "C" pal_status pal_session_refine(pal_session* session, uint64_t operatio
   result.delivered = refined == palpate::Refined::delivered ? 1 : 0;
   result.failed = refined == palpate::Refined::failed ? 1 : 0;
   result.waiting = refined == palpate::Refined::works || palpate::has_request(lane) ? 1 : 0;
-  result.iterations = lane.iterations;
+  result.iterations = lane.history.iterations;
   result.change = result.delivered != 0 ? lane.mailbox.delivery.change * tissue.pack->metres : 0.0;
   return palpate::write_sized(result, palpate::kFirstRefinementBytes, *refinement);
 }

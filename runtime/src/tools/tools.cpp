@@ -140,7 +140,7 @@ bool is_reliable(const ToolStates& states, const ZoneSet& set, uint32_t tool, ui
   if (states.tools[tool].output.held) return false;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const ZoneGroup& group = set.groups[g];
-    if (group.jammed == 0) continue;
+    if (group.setbacks.jammed == 0) continue;
     for (uint32_t c = 0; c < states.num_contacts; ++c) {
       const uint32_t* end = group.contacts + group.num_contacts;
       if (states.contacts[c].tool == tool && std::find(group.contacts, end, states.answered_of[c]) != end)

@@ -130,7 +130,7 @@ uint64_t assemble_front(const Exterior& exterior, CondensationScratch& scratch, 
   const uint32_t size = factor.columns + 3 * factor.num_below;
   memset(scratch.matrix, 0, size_t{factor.stride} * round_to_columns(size) * sizeof *scratch.matrix);
   uint64_t spent = kOperationsPerEntry * factor.stride * size;
-  const ZoneBatches batches = batches_of_front(exterior.elements, exterior.left_out, index);
+  const ZoneBatches batches = batches_of_front(exterior.elements, exterior.zone_of_lane, 0, index);
   const ZoneUnknowns unknowns = {scratch.unknown_of, nullptr, nullptr};
   add_zone_stiffness(batches, exterior.displacement, unknowns, scratch.matrix, factor.stride);
   spent += stiffness_operations(batches);

@@ -22,6 +22,7 @@
 // Source: Duff and Reid 1983, ACM TOMS 9 (multifrontal elimination).
 #pragma once
 
+#include "runtime/src/base/progress.hpp"
 #include "runtime/src/numerics/elimination.hpp"
 #include "runtime/src/zone/organ_elements.hpp"
 
@@ -103,7 +104,7 @@ struct Exterior {
   const EliminationKernel& kernel;
   const uint32_t* front_of;
   const OrganElements& elements;
-  const uint8_t* left_out;  // [num_lanes()] elements of the zone (organ_elements.hpp); null: none
+  const uint8_t* zone_of_lane;  // [num_lanes()] elements of zones (organ_elements.hpp); null: none
   const double* displacement;
 };
 
@@ -112,8 +113,6 @@ struct Exterior {
 // fit into the room.
 bool begin_condensation(const Exterior& exterior, const Condensation* whole, CondensationScratch& scratch,
                         Condensation& condensation);
-
-enum class Progress { goes_on, ended, failed };
 
 // Advances for about so many multiply-adds and adds the work to `spent`. Fails where K_OO is not positive
 // definite, or the room does not suffice.

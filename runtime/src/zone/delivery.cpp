@@ -19,7 +19,7 @@ bool find_correction(const pal_pack& pack, const EliminationKernel& kernel, Refi
   const float* block = of.blocks;
   double* force = delivery.force;
   for (uint32_t g = 0; g < of.outline.num_groups; ++g) {
-    const ZoneOutline::Group& group = of.outline.groups[g];
+    const GroupLayout& group = of.outline.groups[g];
     const uint32_t stride = group.boundary_stride;
     memset(of.moved, 0, stride * sizeof *of.moved);
     memset(of.forces, 0, stride * sizeof *of.forces);
@@ -42,11 +42,11 @@ bool find_correction(const pal_pack& pack, const EliminationKernel& kernel, Refi
     for (int axis = 0; axis < 3; ++axis) unbalanced += 0.5 * below[axis] * below[axis];
   }
   delivery.energy = of.exterior.energy - unbalanced - energy;
-  const bool has_fallen = unbalanced < 0.5 * of.unbalanced;
-  of.unbalanced = unbalanced;
-  if (has_fallen) of.failures = 0;
+  const bool has_fallen = unbalanced < 0.5 * of.history.unbalanced;
+  of.history.unbalanced = unbalanced;
+  if (has_fallen) of.history.failures = 0;
   is_finite = isfinite(sum) && isfinite(delivery.energy);
-  const double rounding = kRounding * (fabs(of.exterior.rest_energy) + of.largest_energy);
+  const double rounding = kRounding * (fabs(of.exterior.rest_energy) + of.history.largest_energy);
   return is_finite && unbalanced <= kMostUnbalanced * of.exterior.energy + rounding;
 }
 

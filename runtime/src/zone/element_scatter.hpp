@@ -47,13 +47,14 @@ struct Target {
 // Calls use(first unknown, share, arm) for each that moves a node; the arm is null but for a rotation.
 template <typename Use>
 void for_each_master(const ZoneUnknowns& unknowns, int node, Use&& use) {
-  const uint32_t own = unknowns.of_node[node];
+  const uint32_t place = unknowns.place(node);
+  const uint32_t own = unknowns.of_place[place];
   if (own == kNoUnknown) return;
   if (own != kHeldUnknown) {
     use(own, 1.0, nullptr);
     return;
   }
-  for (uint32_t m = unknowns.first_master[node]; m < unknowns.first_master[node + 1]; ++m) {
+  for (uint32_t m = unknowns.first_master[place]; m < unknowns.first_master[place + 1]; ++m) {
     const ZoneMaster& master = unknowns.masters[m];
     use(master.unknown, master.share, nullptr);
     if (master.turn != kNoUnknown) use(master.turn, master.share, master.arm);
@@ -148,7 +149,7 @@ void scatter_stiffness(size_t nodes, const int* places, const Lanes* stiffness, 
   uint32_t first[kMostElementNodes];
   bool free = true;
   for (size_t a = 0; a < nodes; ++a) {
-    first[a] = unknowns.of_node[places[a]];
+    first[a] = unknowns.of_place[unknowns.place(places[a])];
     free = free && first[a] < kHeldUnknown;
   }
   if (free) {

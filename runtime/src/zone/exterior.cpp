@@ -72,7 +72,7 @@ void end_iteration(const Exterior& exterior, ExteriorState& state) {
 
 uint64_t evaluate_front(const Exterior& exterior, uint32_t front, const double* displacement,
                         ZoneStrain& strain, double* forces) {
-  const ZoneBatches batches = batches_of_front(exterior.elements, exterior.left_out, front);
+  const ZoneBatches batches = batches_of_front(exterior.elements, exterior.zone_of_lane, 0, front);
   const ZoneStrain own = add_zone_forces(batches, displacement, forces);
   strain.energy += own.energy;
   strain.smallest_jacobian = std::min(strain.smallest_jacobian, own.smallest_jacobian);

@@ -100,7 +100,7 @@ void find_coupling(ZoneFrame& frame, const Condensation& own, uint32_t axis, con
   const auto column = [&](uint32_t of) { return response.columns + of * column_size(frame.pack); };
   double stiffness[kMostZoneAxes] = {};
   for (ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
-    double* to = group->coupling + size_t{axis} * group->boundary_stride;
+    double* to = group->exterior.coupling + size_t{axis} * group->boundary_stride;
     const double* forces = find_forces_of_others(frame, own, *group, column(axis));
     const uint32_t* nodes = boundary_nodes(set, own, *group);
     std::fill_n(to, group->boundary_stride, 0.0);

@@ -58,7 +58,7 @@ double iterate(ZoneFrame& frame, bool is_bounded, ZoneGroup& group, bool& is_ren
     is_renewed = true;
     return make_tangent(frame, group);
   };
-  const bool is_bad = !group.has_tangent || contraction(frame, group) > kMostLeft;
+  const bool is_bad = !group.has_tangent || group.tangent.left > kMostLeft || is_outdated(frame, group);
   if (is_bad && !renew() && !group.has_tangent) return -1;
   double step = take_step(frame, group);
   if (step < 0) {
@@ -66,7 +66,7 @@ double iterate(ZoneFrame& frame, bool is_bounded, ZoneGroup& group, bool& is_ren
     step = renew() ? take_step(frame, group) : -1;
   }
   group.has_tangent = step >= 0;
-  if (group.is_shifted) frame.flags |= PAL_FLAG_UNCONVERGED;
+  if (group.tangent.is_shifted) frame.flags |= PAL_FLAG_UNCONVERGED;
   return step;
 }
 
@@ -81,7 +81,7 @@ double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
 // residual before the step; 0: too small to judge the tangent by.
 void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   find_residual(frame, group);
-  if (residual_before > 0) group.left = sqrt(size_of_residual(frame, group) / residual_before);
+  if (residual_before > 0) group.tangent.left = sqrt(size_of_residual(frame, group) / residual_before);
   if (group.has_tangent) find_forces(frame, group);
   group.stored = stored_energy(frame, group);
 }
@@ -152,7 +152,8 @@ bool begin_group(ZoneFrame& frame, ZoneGroup& group, bool& went_back) {
   }
   if (group.has_tangent) return false;
   // What it was taken back with was the stiffness of another place.
-  if (make_tangent(frame, group) && group.is_back && group.has_balance) keep_balance(frame.set, group);
+  if (make_tangent(frame, group) && group.setbacks.is_back && group.has_balance)
+    keep_balance(frame.set, group);
   return true;
 }
 
@@ -192,7 +193,7 @@ bool keep_or_go_back(ZoneFrame& frame, const double* wanted, double size, const 
   bool goes_any_back = false;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    group.astray = !solved[g].done && group.left > kMostLeft ? group.astray + 1 : 0;
+    group.setbacks.astray = !solved[g].done && group.tangent.left > kMostLeft ? group.setbacks.astray + 1 : 0;
     setbacks[g] = find_setback(frame, wanted, size, solved[g].failed, solved[g].done, group);
     goes_any_back = goes_any_back || setbacks[g] != Setback::none;
   }
@@ -207,9 +208,9 @@ bool keep_or_go_back(ZoneFrame& frame, const double* wanted, double size, const 
       answer_on_the_way(frame, group);
       continue;
     }
-    group.failures = 0;
+    group.setbacks.failures = 0;
     if (goes_any_back) continue;  // it is one with what is lost
-    group.longest_step = std::min(kLongestStep, 2 * group.longest_step);
+    group.setbacks.longest_step = std::min(kLongestStep, 2 * group.setbacks.longest_step);
     keep_balance(set, group);
   }
   if (goes_any_back) {
@@ -242,7 +243,9 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   bool is_renewed[kMostZoneContacts] = {};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     is_renewed[g] = begin_group(frame, set.groups[g], state.went_back);
-    set.groups[g].is_back = false;
+    set.groups[g].setbacks.is_back = false;
+    ++set.groups[g].tangent.age;
+    ++set.groups[g].tangent.age_since;
     move_contacts(frame, set.groups[g], displacements);
   }
   find_coupling(frame);
@@ -261,10 +264,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   find_coupled_force(frame);
   for (uint32_t i = 0; i < set.num_axes; ++i) set.force[i] += set.coupled_force[i];
   answer.energy = set.correction.energy + coupled_energy(frame);
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    answer.energy += set.groups[g].stored;
-    advance_tangent(frame, set.groups[g]);
-  }
+  for (uint32_t g = 0; g < set.num_groups; ++g) answer.energy += set.groups[g].stored;
   if (!(fabs(answer.energy) <= kLargest)) answer.energy = 0;
   answer.flags = frame.flags;
   return answer;
@@ -276,7 +276,7 @@ void rest_zone(const pal_pack& pack, ZoneState& state) {
   ZoneSet& set = state.active;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     rest_group(pack, set, set.groups[g]);
-    set.groups[g].elsewhere = 0;
+    set.groups[g].setbacks.elsewhere = 0;
   }
 }
 

@@ -37,9 +37,8 @@ struct ZoneAnswer {
 // follow as far as they can, and go on in the next frame. Where there is no way on, or one that leads astray, they are back
 // where the zone was in balance last, and follow from there in shorter steps; where that fails for long and rest is nearer,
 // or no part of a step is left to take, at rest. Cost of an iteration, for each group: m^2 multiply-adds and twice the
-// forces of its elements, m = 3 x its nodes, three times where they share volumes; a tenth of a tangent (make_tangent()) a
-// frame that moves, for the next one; where that cannot wait all of one, or up to three times as much where it has to be
-// made positive definite.
+// forces of its elements, m = 3 x its nodes, three times where they share volumes. A frame that cannot wait for the tangent
+// of the refining lane makes one (zone_tangent.hpp).
 // Leaves displacements, forces and stiffness of the contacts in the set; on the way to a balance perhaps the forces that the
 // last one and its stiffness tell of.
 // `polishes`: contacts of a refined zone that stand still are solved as exactly as the iterations allow.

@@ -113,18 +113,19 @@ uint32_t num_lanes(const OrganElements& elements) {
   return kLanes * (elements.all.num_linear + elements.all.num_quadratic);
 }
 
-void leave_out(const OrganView& organ, const OrganElements& elements, const uint8_t* is_zone_element,
-               uint8_t* left_out) {
+void list_zones(const OrganView& organ, const OrganElements& elements, const uint8_t* zone_of_element,
+                uint8_t* zone_of_lane) {
   for (uint32_t f = 0; f < organ.num_fronts; ++f) {
     const pack::Front& front = organ.fronts[f];
-    uint8_t* linear = left_out + kLanes * elements.first_linear[f];
-    uint8_t* quadratic = left_out + kLanes * (elements.all.num_linear + elements.first_quadratic[f]);
+    uint8_t* linear = zone_of_lane + kLanes * elements.first_linear[f];
+    uint8_t* quadratic = zone_of_lane + kLanes * (elements.all.num_linear + elements.first_quadratic[f]);
     for (uint32_t e = front.first_element; e < front.first_element + front.num_elements; ++e)
-      *(organ.elements[e].num_nodes == 4 ? linear++ : quadratic++) = is_zone_element[e];
+      *(organ.elements[e].num_nodes == 4 ? linear++ : quadratic++) = zone_of_element[e];
   }
 }
 
-ZoneBatches batches_of_front(const OrganElements& elements, const uint8_t* left_out, uint32_t front) {
+ZoneBatches batches_of_front(const OrganElements& elements, const uint8_t* zone_of_lane, uint8_t zone,
+                             uint32_t front) {
   ZoneBatches batches = elements.all;
   batches.linear += elements.first_linear[front];
   batches.num_linear = elements.first_linear[front + 1] - elements.first_linear[front];
@@ -132,10 +133,11 @@ ZoneBatches batches_of_front(const OrganElements& elements, const uint8_t* left_
   batches.num_quadratic = elements.first_quadratic[front + 1] - elements.first_quadratic[front];
   batches.first_patch = elements.first_patch[front];
   batches.num_patches = elements.first_patch[front + 1] - elements.first_patch[front];
-  if (left_out == nullptr) return batches;
-  batches.linear_left_out = left_out + kLanes * elements.first_linear[front];
-  batches.quadratic_left_out =
-      left_out + kLanes * (elements.all.num_linear + elements.first_quadratic[front]);
+  if (zone_of_lane == nullptr) return batches;
+  batches.kept_linear.of_lane = zone_of_lane + kLanes * elements.first_linear[front];
+  batches.kept_quadratic.of_lane =
+      zone_of_lane + kLanes * (elements.all.num_linear + elements.first_quadratic[front]);
+  batches.kept_linear.number = batches.kept_quadratic.number = zone;
   return batches;
 }
 

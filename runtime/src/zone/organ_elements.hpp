@@ -24,11 +24,12 @@ uint32_t most_lanes(const pal_pack& pack);
 // Lanes of all batches: the linear ones first.
 uint32_t num_lanes(const OrganElements& elements);
 
-// Marks the lanes of the elements with is_zone_element[element] != 0. left_out: [num_lanes()].
-void leave_out(const OrganView& organ, const OrganElements& elements, const uint8_t* is_zone_element,
-               uint8_t* left_out);
+// The number of the zone that holds each element, by lanes: 0 is the exterior. zone_of_lane: [num_lanes()].
+void list_zones(const OrganView& organ, const OrganElements& elements, const uint8_t* zone_of_element,
+                uint8_t* zone_of_lane);
 
-// The batches of one front, but for the marked elements. `left_out`: [num_lanes()], or null.
-ZoneBatches batches_of_front(const OrganElements& elements, const uint8_t* left_out, uint32_t front);
+// The batches of one front, with the elements of one zone. `zone_of_lane`: [num_lanes()], or null for all elements.
+ZoneBatches batches_of_front(const OrganElements& elements, const uint8_t* zone_of_lane, uint8_t zone,
+                             uint32_t front);
 
 }  // namespace palpate

@@ -3,36 +3,36 @@
 #include <string.h>
 
 #include "runtime/src/pack/pack_view.hpp"
-#include "runtime/src/zone/zone_tangent.hpp"
 
 namespace palpate {
 namespace {
 
-// Room for vectors of the boundary, for tangents and their sensitivities.
+// Room for vectors of the group and for its tangent.
 bool take_rows(ZonePreparation& preparation, ZoneGroup& group) {
   ZonePreparation::Used& used = preparation.used;
+  double* row = preparation.set.rows + used.rows;
+  const size_t coupling = size_t{preparation.set.num_axes} * group.boundary_stride;
   const size_t boundary = group.boundary_stride;
-  const size_t sensitivities = size_t{group.num_axes} * group.unknowns;
-  const size_t rows =
-      2 * sensitivities + size_t{3} * group.unknowns + (preparation.set.num_axes + size_t{3}) * boundary;
-  const size_t tangent = size_t{round_to_columns(group.size)} * group.stride;
-  if (used.rows + rows > preparation.room.rows || used.tangents + tangent > preparation.room.tangents)
+  used.rows += coupling + 3 * boundary + size_t{3} * group.unknowns;
+  group.matrix_place = used.tangents;
+  group.rows_place = used.tangent_rows;
+  used.tangents += size_t{round_to_columns(group.size)} * group.stride;
+  used.tangent_rows += size_t{group.num_axes} * group.unknowns;
+  if (used.rows > preparation.room.rows || used.tangents > preparation.room.tangents ||
+      used.tangent_rows > preparation.room.tangent_rows)
     return false;
-  group.coupled = preparation.set.rows + used.rows;
-  group.coupled_in_balance = group.coupled + boundary;
-  group.exterior_force = group.coupled_in_balance + boundary;
-  group.coupling = group.exterior_force + boundary;
-  group.sensitivities = group.coupling + preparation.set.num_axes * boundary;
-  group.spare_sensitivities = group.sensitivities + sensitivities;
-  group.step = group.spare_sensitivities + sensitivities;
-  group.trend = group.step + group.unknowns;
-  group.began = group.trend + group.unknowns;
-  memset(group.coupled, 0, 3 * boundary * sizeof *group.coupled);
-  group.tangent_place = used.tangents;
-  group.factor = nullptr;
-  group.spare = preparation.tangents + group.tangent_place;
-  used.tangents += tangent;
-  used.rows += rows;
+  const auto take = [&](size_t count) {
+    memset(row, 0, count * sizeof *row);
+    row += count;
+    return row - count;
+  };
+  group.exterior.force = take(boundary);
+  group.exterior.coupled = take(boundary);
+  group.exterior.coupled_in_balance = take(boundary);
+  group.exterior.coupling = take(coupling);
+  group.tangent.step = take(group.unknowns);
+  group.trend.unknowns = take(group.unknowns);
+  group.trend.began = take(group.unknowns);
   return true;
 }
 
@@ -44,7 +44,6 @@ void carve_preparation(const pal_pack& pack, const ZoneRoom& room, Arena& arena,
   preparation.room = room;
   carve_set(pack, room, arena, preparation.set);
   carve_work(room, arena, preparation.work);
-  preparation.tangents = arena.take<float>(room.tangents);
   preparation.node_contacts = arena.take<uint64_t>(pack.num_zone_nodes);
   preparation.element_contacts = arena.take<uint64_t>(pack.num_zone_elements);
   preparation.found_nodes = arena.take<uint32_t>(room.nodes);
@@ -87,16 +86,6 @@ bool advance_rest(const pal_pack& pack, uint64_t operations, ZonePreparation& pr
     }
   }
   preparation.group = 0;
-  return true;
-}
-
-bool advance_tangents(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
-                      ZonePreparation& preparation, uint64_t& spent) {
-  ZoneSet& set = preparation.set;
-  ZoneFrame frame = {pack, kernel, preparation.work, set, 0};
-  for (; preparation.group < set.num_groups; ++preparation.group) {
-    if (!advance_first_tangent(frame, operations, set.groups[preparation.group], spent)) return false;
-  }
   return true;
 }
 

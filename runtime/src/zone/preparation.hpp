@@ -5,7 +5,7 @@
 //   rest       nodal forces at rest
 //   place      nodes start where the organ has got to                      (state_transfer.hpp)
 //   S          the lane condenses the exterior                             (condensation.hpp)
-//   tangents   the first tangent of each group                             (zone_tangent.hpp)
+//   tangents   the first tangent of each group                             (group_tangents.hpp)
 //
 // The next frame exchanges the set for its own. Work is counted in multiply-adds as fast as elimination makes them, so that
 // the same slices do the same on any processor.
@@ -20,7 +20,6 @@ namespace palpate {
 struct ZonePreparation {
   ZoneRoom room;
   ZoneSet set;
-  float* tangents;  // [ZoneRoom::tangents] its first
   ZoneWork work;
   // Progress
   uint32_t group;
@@ -33,6 +32,7 @@ struct ZonePreparation {
     uint32_t boundary;
     size_t rows;
     size_t tangents;
+    size_t tangent_rows;
   } used;
   // [num_zone_nodes] and [num_zone_elements]: a bit for each contact whose zone holds it
   uint64_t* node_contacts;
@@ -53,10 +53,6 @@ bool begin_rest(ZonePreparation& preparation);
 
 // Advances `rest` for about so many multiply-adds in all. Returns true once it has ended.
 bool advance_rest(const pal_pack& pack, uint64_t operations, ZonePreparation& preparation, uint64_t& spent);
-
-// Advances the first tangents, after S, for about so many multiply-adds in all. Returns true at their end.
-bool advance_tangents(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
-                      ZonePreparation& preparation, uint64_t& spent);
 
 // The set answers nothing.
 void refuse_set(ZonePreparation& preparation);

@@ -11,6 +11,7 @@
 #include "runtime/src/zone/state_transfer.hpp"
 #include "runtime/src/zone/zone_inclusion.hpp"
 #include "runtime/src/zone/zone_members.hpp"
+#include "runtime/src/zone/zone_motion.hpp"
 
 namespace palpate {
 namespace {
@@ -19,9 +20,9 @@ using Phase = Refinement::Phase;
 
 // `of.phase` says which elements, and where the tangent is.
 Exterior exterior_of(const pal_pack& pack, const EliminationKernel& kernel, const Refinement& of) {
-  const uint8_t* left_out = of.phase == Phase::whole ? nullptr : of.outline.left_out;
+  const uint8_t* zone_of_lane = of.phase == Phase::whole ? nullptr : of.outline.zone_of_lane;
   const double* displacement = of.phase == Phase::renew ? of.exterior.displacement : of.rest;
-  return {pack, kernel, of.front_of, of.elements, left_out, displacement};
+  return {pack, kernel, of.front_of, of.elements, zone_of_lane, displacement};
 }
 
 bool is_preparing(const Refinement& of) {
@@ -41,9 +42,9 @@ bool begin_condensation_at_rest(const pal_pack& pack, const EliminationKernel& k
 // Puts the exterior to rest and condenses it there.
 bool begin_at_rest(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
   of.phase = Phase::condense;
-  of.failures = 0;
-  of.is_unstable = false;
-  of.largest_energy = of.unbalanced = of.change = 0;
+  of.history.failures = 0;
+  of.history.is_unstable = false;
+  of.history.largest_energy = of.history.unbalanced = of.history.change = 0;
   rest_exterior(exterior_of(pack, kernel, of), of.exterior);
   std::fill_n(of.response.followed, kMostZoneAxes, 0.0);
   restart_acceleration(of.acceleration);
@@ -60,6 +61,7 @@ bool list_outline(const pal_pack& pack, Refinement& of) {
   outline.num_nodes = set.num_nodes;
   for (uint32_t i = 0; i < set.num_nodes; ++i) {
     outline.nodes[i] = organ.of_zone_node[set.nodes[i]];
+    outline.place_of[outline.nodes[i]] = i;
     of.own.roles[outline.nodes[i]] = NodeRole::absent;
   }
   outline.num_groups = set.num_groups;
@@ -67,17 +69,22 @@ bool list_outline(const pal_pack& pack, Refinement& of) {
   of.own.num_kept = 0;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const ZoneGroup& group = set.groups[g];
-    outline.groups[g] = {group.num_boundary, group.boundary_stride};
+    outline.groups[g] = group;
     if (of.own.num_kept + group.num_boundary > of.own.room.kept) return false;
     for (uint32_t b = first_boundary(group); b < first_boundary(group) + group.num_boundary; ++b) {
       of.own.kept[of.own.num_kept++] = outline.nodes[b];
       of.own.roles[outline.nodes[b]] = NodeRole::kept;
     }
   }
-  memset(of.is_zone_element, 0, organ.num_elements * sizeof *of.is_zone_element);
-  for (uint32_t e = 0; e < set.num_elements; ++e)
-    of.is_zone_element[organ.of_zone_element[set.elements[e]]] = 1;
-  leave_out(organ, of.elements, of.is_zone_element, outline.left_out);
+  outline.unknown_of = set.unknown_of;
+  outline.first_master = set.first_master;
+  memset(of.zone_of_element, 0, organ.num_elements * sizeof *of.zone_of_element);
+  const uint32_t* element = set.elements;
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    for (const uint32_t* end = element + set.groups[g].num_elements; element < end; ++element)
+      of.zone_of_element[organ.of_zone_element[*element]] = static_cast<uint8_t>(g + 1);
+  }
+  list_zones(organ, of.elements, of.zone_of_element, outline.zone_of_lane);
   return true;
 }
 
@@ -94,7 +101,7 @@ bool begin_exterior(const pal_pack& pack, const EliminationKernel& kernel, Refin
 
 bool stands_still(const Refinement& of) {
   const ZoneRequest& request = of.mailbox.request;
-  return memcmp(of.followed, request.followed, request.num_axes * sizeof *request.followed) == 0;
+  return memcmp(of.history.followed, request.followed, request.num_axes * sizeof *request.followed) == 0;
 }
 
 // Whether iterations would gain by a tangent where they have got to.
@@ -102,9 +109,9 @@ bool is_tangent_old(const pal_pack& pack, const Refinement& of) {
   constexpr uint32_t kIterations = 2;
   constexpr double kConverged = 1e-6;   // of the scene's largest displacement
   constexpr double kUnbalanced = 0.01;  // of the stored energy
-  if (of.iterations_of_tangent < kIterations || of.failures > 0) return false;
-  const bool is_near = of.unbalanced <= kUnbalanced * of.exterior.energy;
-  return stands_still(of) ? is_near && of.change > kConverged * pack.max_displacement : !is_near;
+  if (of.history.iterations_of_tangent < kIterations || of.history.failures > 0) return false;
+  const bool is_near = of.history.unbalanced <= kUnbalanced * of.exterior.energy;
+  return stands_still(of) ? is_near && of.history.change > kConverged * pack.max_displacement : !is_near;
 }
 
 void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
@@ -112,9 +119,9 @@ void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& ker
   // Iterates of other places of the contacts say nothing of the next ones.
   if (!stands_still(of)) {
     restart_acceleration(of.acceleration);
-    of.is_unstable = false;
+    of.history.is_unstable = false;
   }
-  memcpy(of.followed, request.followed, request.num_axes * sizeof *request.followed);
+  memcpy(of.history.followed, request.followed, request.num_axes * sizeof *request.followed);
   memcpy(of.zone, of.rest, size_t{3} * pack.organ.num_nodes * sizeof *of.zone);
   for (uint32_t i = 0; i < of.outline.num_nodes; ++i)
     memcpy(of.zone + size_t{3} * of.outline.nodes[i], request.displacement + size_t{3} * i,
@@ -124,7 +131,7 @@ void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& ker
 
 void deliver(bool is_good, Refinement& of) {
   of.mailbox.delivery.is_good = is_good;
-  of.mailbox.delivery.is_unstable = of.is_unstable;
+  of.mailbox.delivery.is_unstable = of.history.is_unstable;
   of.phase = Phase::begin;
   std::atomic_ref<uint32_t>(of.mailbox.state)
       .store(static_cast<uint32_t>(MailboxState::delivered), std::memory_order_release);
@@ -140,6 +147,37 @@ bool begin_whole(const pal_pack& pack, const EliminationKernel& kernel, const In
   const Exterior organ = exterior_of(pack, kernel, of);
   rest_exterior(organ, of.exterior);
   return begin_condensation(organ, nullptr, of.scratch, of.whole);
+}
+
+// Places the nodes that contacts hold, in the set and in the lane's displacements, and begins its first tangents.
+void begin_first_tangents(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
+  ZonePreparation& preparation = of.preparation;
+  ZoneFrame frame = {pack, kernel, preparation.work, preparation.set, 0};
+  for (uint32_t g = 0; g < frame.set.num_groups; ++g) place_held(frame, frame.set.groups[g]);
+  for (uint32_t i = 0; i < of.outline.num_nodes; ++i)
+    memcpy(of.zone + size_t{3} * of.outline.nodes[i], frame.set.displacement + size_t{3} * i,
+           3 * sizeof *of.zone);
+  of.tangents = {};
+  of.phase = Phase::tangents;
+}
+
+// After an iteration: whether the zones are elsewhere than at the last tangents of the groups, or S is another one.
+bool needs_tangents(const pal_pack& pack, const Refinement& of) {
+  constexpr double kMoved = 1e-6;  // of the scene's largest displacement
+  return of.history.tangent_of_groups != of.history.tangent ||
+         find_change(pack, of) > kMoved * pack.max_displacement;
+}
+
+bool advance_tangents(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
+                      Refinement& of, uint64_t& spent) {
+  ZoneDelivery& delivery = of.mailbox.delivery;
+  const ZoneMaster* masters = is_preparing(of) ? of.preparation.set.masters : of.mailbox.request.masters;
+  const GroupTangentSource source = {pack, kernel, of.elements, of.outline, of.blocks, of.zone, masters};
+  if (!advance_group_tangents(source, operations, delivery.tangents, delivery.made, of.tangents, spent))
+    return false;
+  delivery.has_tangents = true;
+  of.history.tangent_of_groups = of.history.tangent;
+  return true;
 }
 
 // Begins what the request needs first. Returns false where that cannot be had.
@@ -161,6 +199,7 @@ bool begin_phase(const pal_pack& pack, const EliminationKernel& kernel, Refineme
     return begin_condensation(exterior_of(pack, kernel, of), nullptr, of.scratch, of.own);
   }
   of.phase = Phase::iterate;
+  of.mailbox.delivery.has_tangents = false;
   begin_exterior_iteration(pack, kernel, of);
   return true;
 }
@@ -168,8 +207,8 @@ bool begin_phase(const pal_pack& pack, const EliminationKernel& kernel, Refineme
 // The new condensation is that of the outline.
 void take_condensation(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
   of.has_own = true;
-  ++of.tangent;
-  of.iterations_of_tangent = 0;
+  ++of.history.tangent;
+  of.history.iterations_of_tangent = 0;
   copy_blocks(of);
   restart_acceleration(of.acceleration);
   of.phase = Phase::evaluate;
@@ -190,7 +229,7 @@ Progress advance_work(const pal_pack& pack, const EliminationKernel& kernel, uin
     case Phase::rest:
       return progress_of(advance_rest(pack, operations, preparation, spent));
     case Phase::tangents:
-      return progress_of(advance_tangents(pack, kernel, operations, preparation, spent));
+      return progress_of(advance_tangents(pack, kernel, operations, of, spent));
     case Phase::respond: {
       ZoneFrame frame = {pack, kernel, preparation.work, preparation.set, 0};
       return progress_of(advance_field_response(frame, of.own, operations, of.scratch, of.response, spent));
@@ -225,15 +264,16 @@ Progress advance_preparation(const pal_pack& pack, const EliminationKernel& kern
       of.mailbox.delivery.is_good =
           progress == Progress::ended && find_correction(pack, kernel, of, is_finite) && of.has_followed;
       if (!of.mailbox.delivery.is_good) {
-        of.unbalanced = 0;
+        of.history.unbalanced = 0;
         rest_exterior(exterior_of(pack, kernel, of), of.exterior);
       }
       memcpy(set.exterior_at_rest, of.blocks, of.outline.exterior_size * sizeof *of.blocks);
       use_exterior(set.exterior_at_rest, set);
-      of.phase = Phase::tangents;
+      begin_first_tangents(pack, kernel, of);
       return Progress::goes_on;
     }
     case Phase::tangents:
+      use_tangents(of.mailbox.delivery.tangents, of.mailbox.delivery.made, set);
       of.phase = Phase::respond;
       begin_field_response(pack, set, of.mailbox.delivery.is_good, of.response);
       return Progress::goes_on;
@@ -258,7 +298,7 @@ Progress advance_phase(const pal_pack& pack, const EliminationKernel& kernel, ui
       take_condensation(pack, kernel, of);
       return Progress::goes_on;
     case Phase::renew:
-      of.is_unstable = has_failed && stands_still(of);
+      of.history.is_unstable = has_failed && stands_still(of);
       // Where the tangent is not positive definite, that at rest has to do.
       if (has_failed)
         return begin_condensation_at_rest(pack, kernel, of) ? Progress::goes_on : Progress::failed;
@@ -270,9 +310,13 @@ Progress advance_phase(const pal_pack& pack, const EliminationKernel& kernel, ui
       break;
   }
   if (is_preparing(of)) return advance_preparation(pack, kernel, progress, of);
-  if (has_failed || of.phase == Phase::iterate) {
-    of.iterations_of_tangent += has_failed ? 0 : 1;
-    return progress;
+  if (has_failed || of.phase == Phase::tangents) return progress;
+  if (of.phase == Phase::iterate) {
+    ++of.history.iterations_of_tangent;
+    if (!needs_tangents(pack, of)) return progress;
+    of.tangents = {};
+    of.phase = Phase::tangents;
+    return Progress::goes_on;
   }
   of.phase = Phase::begin;
   return Progress::goes_on;
@@ -283,19 +327,19 @@ Refined end_iteration(const pal_pack& pack, const EliminationKernel& kernel, Pro
   ZoneDelivery& delivery = of.mailbox.delivery;
   bool is_finite = true;
   const bool is_good = progress == Progress::ended && find_correction(pack, kernel, of, is_finite);
-  of.failures = is_good ? 0 : of.failures + 1;
+  of.history.failures = is_good ? 0 : of.history.failures + 1;
   // Begins anew at rest, also as such numbers stay in no state.
-  if (!is_finite || of.failures >= kMostFailures) of.has_own = false;
+  if (!is_finite || of.history.failures >= kMostFailures) of.has_own = false;
   if (is_good) {
     update_field_response(pack, of.mailbox.request.followed, of.exterior.next, of.exterior.displacement,
                           of.response);
     write_field(pack, of);
-    delivery.tangent = of.tangent;
-    if (of.mailbox.request.tangent != of.tangent)
+    delivery.tangent = of.history.tangent;
+    if (of.mailbox.request.tangent != of.history.tangent)
       memcpy(delivery.exterior, of.blocks, of.outline.exterior_size * sizeof *of.blocks);
-    of.largest_energy = std::max(of.largest_energy, of.exterior.energy);
-    delivery.change = of.change = find_change(pack, of);
-    ++of.iterations;
+    of.history.largest_energy = std::max(of.history.largest_energy, of.exterior.energy);
+    delivery.change = of.history.change = find_change(pack, of);
+    ++of.history.iterations;
   }
   deliver(is_good, of);
   return is_good ? Refined::delivered : Refined::failed;
@@ -309,7 +353,7 @@ Refined end_preparation(const pal_pack& pack, Progress progress, Refinement& of)
     refuse_set(of.preparation);
     of.outline.set = 0;
   }
-  of.mailbox.delivery.tangent = of.tangent;
+  of.mailbox.delivery.tangent = of.history.tangent;
   of.mailbox.delivery.change = 0;
   of.has_followed = false;
   deliver(is_prepared && of.mailbox.delivery.is_good, of);
@@ -333,10 +377,11 @@ void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, 
   carve_acceleration(numbers, arena, refinement.acceleration);
   carve_field_response(pack, room, arena, refinement.response);
   refinement.outline.nodes = arena.take<uint32_t>(room.nodes);
-  refinement.outline.left_out = arena.take<uint8_t>(most_lanes(pack));
+  refinement.outline.place_of = arena.take<uint32_t>(pack.organ.num_nodes);
+  refinement.outline.zone_of_lane = arena.take<uint8_t>(most_lanes(pack));
   refinement.rest = arena.take<double>(numbers);
   refinement.zone = arena.take<double>(numbers);
-  refinement.is_zone_element = arena.take<uint8_t>(pack.organ.num_elements);
+  refinement.zone_of_element = arena.take<uint8_t>(pack.organ.num_elements);
   refinement.blocks = arena.take<float>(room.exterior);
   for (double** vector : {&refinement.moved, &refinement.forces})
     *vector = arena.take<double>(symmetric_stride(3 * kept));

@@ -7,6 +7,7 @@
 //   iterate     one iteration from where the request's zone is; its result is delivered    (exterior.hpp)
 //   renew       the same condensed anew with the tangent where the iterations have got to
 //   evaluate    the exterior's forces there
+//   tangents    the tangents of the groups, for the frames                                  (group_tangents.hpp)
 //   respond     how the field follows the contacts until the next delivery                      (field_response.hpp)
 //
 // A set is prepared where the organ has got to: one iteration from where the zone of the set before is comes first.
@@ -25,23 +26,23 @@
 #include "runtime/src/zone/acceleration.hpp"
 #include "runtime/src/zone/exterior.hpp"
 #include "runtime/src/zone/field_response.hpp"
+#include "runtime/src/zone/group_tangents.hpp"
 #include "runtime/src/zone/preparation.hpp"
 #include "runtime/src/zone/zone_mailbox.hpp"
 
 namespace palpate {
 
-// The set that the lane has prepared last, by the nodes of the organ.
-struct ZoneOutline {
-  uint64_t set;  // ZoneCorrection::number; 0: none
-  uint32_t num_nodes;
-  uint32_t* nodes;  // [ZoneRoom::nodes]
-  uint32_t num_groups;
-  struct Group {
-    uint32_t num_boundary;  // one after the other in Condensation::kept
-    uint32_t boundary_stride;
-  } groups[kMostZoneContacts];
-  size_t exterior_size;
-  uint8_t* left_out;  // [lanes] elements of the zone (organ_elements.hpp)
+struct IterationHistory {
+  uint64_t tangent;                // number of S of Refinement::own; no two are alike
+  uint64_t tangent_of_groups;      // that S is in the tangents of the groups that were made last
+  uint32_t iterations_of_tangent;  // since it was condensed
+  bool is_unstable;                // the tangent where contacts stand still is not positive definite
+  double change;                   // ZoneDelivery::change of the last iteration
+  double unbalanced;               // D of the last iteration (delivery.hpp)
+  uint32_t failures;               // iterations in a row that were not good and did not halve `unbalanced`
+  double largest_energy;           // of the exterior in the good ones
+  double followed[kMostZoneAxes];  // of the last request
+  uint64_t iterations;
 };
 
 struct Refinement {
@@ -56,10 +57,11 @@ struct Refinement {
   ExteriorState exterior;
   Acceleration acceleration;
   FieldResponse response;
+  GroupTangents tangents;
   ZoneOutline outline;
   double* rest;              // [num_nodes][3] from the mesh
   double* zone;              // [num_nodes][3] the request's displacements, and at rest elsewhere
-  uint8_t* is_zone_element;  // [num_elements] scratch
+  uint8_t* zone_of_element;  // [num_elements] scratch
   float* blocks;             // [ZoneRoom::exterior] S of all groups, of `own` (exterior_size())
   double* moved;             // [stride of the boundary] scratch
   double* forces;            // [stride of the boundary] scratch
@@ -80,15 +82,7 @@ struct Refinement {
   bool has_own;        // the exterior of `outline` is condensed
   bool has_followed;   // an iteration has followed the set before, and the set to be prepared is placed there
   uint32_t inclusion;  // version that `elements` have
-  uint64_t tangent;    // number of S of `own`; no two are alike
-  uint32_t iterations_of_tangent;  // since `own` was condensed
-  bool is_unstable;                // the tangent where contacts stand still is not positive definite
-  double change;                   // ZoneDelivery::change of the last iteration
-  double unbalanced;               // D of the last iteration
-  uint32_t failures;               // iterations in a row that were not good and did not halve `unbalanced`
-  double largest_energy;           // of the exterior in the good ones
-  double followed[kMostZoneAxes];  // of the last request
-  uint64_t iterations;
+  IterationHistory history;
 };
 
 void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, Refinement& refinement);

@@ -29,11 +29,11 @@ void add_measures(const ZoneBatch<kNodes>* batches, uint32_t count, const double
 }
 
 template <int kNodes>
-bool holds_left_out(const ZoneBatch<kNodes>* batches, uint32_t count, const uint8_t* left_out,
+bool holds_left_out(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneBatches::Kept& kept,
                     uint32_t patch) {
-  for (uint32_t n = 0; n < count && left_out != nullptr; ++n) {
+  for (uint32_t n = 0; n < count && kept.of_lane != nullptr; ++n) {
     for (int lane = 0; lane < batches[n].count; ++lane) {
-      if (batches[n].patches[lane] == patch) return is_left_out(left_out, n, lane);
+      if (batches[n].patches[lane] == patch) return !kept.holds(n, lane);
     }
   }
   return false;
@@ -41,8 +41,8 @@ bool holds_left_out(const ZoneBatch<kNodes>* batches, uint32_t count, const uint
 
 // A volume patch is left out as a whole.
 bool is_left_out(const ZoneBatches& batches, uint32_t patch) {
-  return holds_left_out(batches.linear, batches.num_linear, batches.linear_left_out, patch) ||
-         holds_left_out(batches.quadratic, batches.num_quadratic, batches.quadratic_left_out, patch);
+  return holds_left_out(batches.linear, batches.num_linear, batches.kept_linear, patch) ||
+         holds_left_out(batches.quadratic, batches.num_quadratic, batches.kept_quadratic, patch);
 }
 
 // d(V theta) of a patch by the unknowns that move its nodes.
@@ -180,6 +180,13 @@ void add_dyads(const ZoneBatches& batches, const double* displacement, const Zon
 
 template void add_dyads(const ZoneBatches&, const double*, const ZoneUnknowns&, const Target<double>&);
 template void add_dyads(const ZoneBatches&, const double*, const ZoneUnknowns&, const Target<float>&);
+
+void settle_pressures(const ZoneBatches& batches, const double* displacement) {
+  share_volumes(batches, displacement);
+  for (uint32_t p = batches.first_patch; p < batches.first_patch + batches.num_patches; ++p) {
+    if (!is_left_out(batches, p)) batches.patches[p].followed = batches.patches[p].pressure;
+  }
+}
 
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part) {
   if (batches.num_patches == 0) return;

@@ -82,7 +82,7 @@ bool begin_groups(const pal_pack& pack, ZoneWork& work, ZoneSet& set) {
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     const ZoneStrain strain = add_zone_forces(group.batches, set.displacement, work.forces);
-    group.longest_step = kLongestStep;
+    group.setbacks.longest_step = kLongestStep;
     keep_balance(set, group);
     group.has_balance = false;
     if (strain.smallest_jacobian > kLeastJacobian) continue;
@@ -101,19 +101,6 @@ void take_places(const pal_pack& pack, const ZoneSet& before, uint32_t* place_of
     memcpy(set.displacement + size_t{3} * i, before.displacement + from, 3 * sizeof *set.displacement);
   }
   for (uint32_t i = 0; i < before.num_nodes; ++i) place_of[before.nodes[i]] = 0;
-}
-
-// The active set becomes the one to be prepared next.
-void swap_sets(ZonePreparation& preparation, ZoneState& state) {
-  std::swap(state.active, preparation.set);
-  float* const free = state.tangents[1];
-  state.tangents[1] = state.tangents[0];
-  state.tangents[0] = preparation.tangents;
-  preparation.tangents = free;
-  for (uint32_t g = 0; g < state.active.num_groups; ++g) {
-    ZoneGroup& group = state.active.groups[g];
-    (group.factor == nullptr ? group.factor : group.spare) = state.tangents[1] + group.tangent_place;
-  }
 }
 
 }  // namespace
@@ -158,7 +145,7 @@ bool place_set(const pal_pack& pack, const double* displacement, ZonePreparation
   return begin_groups(pack, preparation.work, set);
 }
 
-void exchange_sets(const pal_pack& pack, const ZoneMailbox& mailbox, ZonePreparation& preparation,
+void exchange_sets(const pal_pack& pack, ZoneMailbox& mailbox, ZonePreparation& preparation,
                    ZoneState& state) {
   ZoneSet& set = preparation.set;
   ZoneFrame frame = {pack, state.kernel, state.work, set, 0};
@@ -179,17 +166,19 @@ void exchange_sets(const pal_pack& pack, const ZoneMailbox& mailbox, ZonePrepara
   carry_contacts(pack, state.active, set);
   follow_patches(pack, set);
   memset(set.coupled_force, 0, set.num_axes * sizeof *set.coupled_force);
+  std::swap(state.tangents, mailbox.delivery.tangents);
+  use_tangents(state.tangents, mailbox.delivery.made, set);
   begin_groups(pack, state.work, set);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     if (request.is_strained && !goes_on) rest_group(pack, set, group);
     for (uint32_t i = 0; i < group.num_axes; ++i) {
       const uint32_t at = contact_axis(set, group, i);
-      group.moved += length_of(frame, at, set.followed[at] - placed[at]);
+      group.tangent.moved += length_of(frame, at, set.followed[at] - placed[at]);
     }
   }
   set.ready = true;
-  swap_sets(preparation, state);
+  std::swap(state.active, set);
 }
 
 }  // namespace palpate

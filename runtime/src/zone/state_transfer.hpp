@@ -22,7 +22,7 @@ void name_contacts(const pal_pack& pack, const pal_contact* contacts, uint32_t c
 bool place_set(const pal_pack& pack, const double* displacement, ZonePreparation& preparation);
 
 // The frame's part after the delivery: exchanges the prepared set for the active one.
-void exchange_sets(const pal_pack& pack, const ZoneMailbox& mailbox, ZonePreparation& preparation,
+void exchange_sets(const pal_pack& pack, ZoneMailbox& mailbox, ZonePreparation& preparation,
                    ZoneState& state);
 
 }  // namespace palpate

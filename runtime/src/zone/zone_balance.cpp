@@ -59,9 +59,9 @@ bool evaluate_group(ZoneFrame& frame, ZoneGroup& group) {
 void find_exterior_force(ZoneFrame& frame, ZoneGroup& group) {
   ZoneWork& work = frame.work;
   find_boundary(frame, group, frame.set.displacement, work.boundary);
-  memset(group.exterior_force, 0, group.boundary_stride * sizeof *group.exterior_force);
-  frame.kernel.add_symmetric_product(group.exterior, group.boundary_stride, work.boundary,
-                                     group.exterior_force);
+  memset(group.exterior.force, 0, group.boundary_stride * sizeof *group.exterior.force);
+  frame.kernel.add_symmetric_product(group.exterior.stiffness, group.boundary_stride, work.boundary,
+                                     group.exterior.force);
 }
 
 void find_coupling(ZoneFrame& frame) {
@@ -70,10 +70,11 @@ void find_coupling(ZoneFrame& frame) {
   double change[kMostZoneAxes];
   find_change_since(set, change);
   for (ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
-    memset(group->coupled, 0, group->boundary_stride * sizeof *group->coupled);
+    memset(group->exterior.coupled, 0, group->boundary_stride * sizeof *group->exterior.coupled);
     for (uint32_t axis = 0; axis < set.num_axes; ++axis) {
-      const double* column = group->coupling + size_t{axis} * group->boundary_stride;
-      for (uint32_t i = 0; i < group->boundary_stride; ++i) group->coupled[i] += change[axis] * column[i];
+      const double* column = group->exterior.coupling + size_t{axis} * group->boundary_stride;
+      for (uint32_t i = 0; i < group->boundary_stride; ++i)
+        group->exterior.coupled[i] += change[axis] * column[i];
     }
   }
 }
@@ -97,8 +98,8 @@ void find_axis_forces(ZoneFrame& frame, const double* displacement, double* forc
   for (const ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
     find_boundary(frame, *group, displacement, frame.work.vector);
     for (uint32_t axis = 0; axis < set.num_axes; ++axis)
-      forces[axis] += product(group->coupling + size_t{axis} * group->boundary_stride, frame.work.vector,
-                              group->boundary_stride);
+      forces[axis] += product(group->exterior.coupling + size_t{axis} * group->boundary_stride,
+                              frame.work.vector, group->boundary_stride);
   }
 }
 
@@ -117,7 +118,7 @@ void find_outside(ZoneFrame& frame, const ZoneGroup& group) {
   ZoneWork& work = frame.work;
   find_boundary(frame, group, frame.set.displacement, work.boundary);
   for (uint32_t i = 0; i < group.boundary_stride; ++i)
-    work.outside[i] = group.exterior_force[i] + group.coupled[i];
+    work.outside[i] = group.exterior.force[i] + group.exterior.coupled[i];
   const double* correction = frame.set.correction.force + size_t{3} * first_boundary(group);
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) work.outside[i] += correction[i];
 }
@@ -169,7 +170,8 @@ double outside_energy(const ZoneFrame& frame, const ZoneGroup& group) {
   const double* correction = frame.set.correction.force + size_t{3} * first_boundary(group);
   double energy = 0;
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
-    energy += 0.5 * frame.work.boundary[i] * (frame.work.outside[i] + correction[i] + group.coupled[i]);
+    energy +=
+        0.5 * frame.work.boundary[i] * (frame.work.outside[i] + correction[i] + group.exterior.coupled[i]);
   return energy;
 }
 

@@ -41,10 +41,10 @@ inline ZoneFrame frame_of(const pal_pack& pack, ZoneState& state) {
 // node so far away that numbers lose their meaning: what is left then is of no use, and the nodes have to go elsewhere.
 bool evaluate_group(ZoneFrame& frame, ZoneGroup& group);
 
-// ZoneGroup::exterior_force, at the group's displacements. ZoneWork::boundary := w_B.
+// ZoneGroup::exterior.force, at the group's displacements. ZoneWork::boundary := w_B.
 void find_exterior_force(ZoneFrame& frame, ZoneGroup& group);
 
-// ZoneGroup::coupled of all groups, T d, at the axes that the set has.
+// ZoneGroup::exterior.coupled of all groups, T d, at the axes that the set has.
 void find_coupling(ZoneFrame& frame);
 
 // The part - d . sum of T^T w^e - d . M d / 2 of the exterior's energy, which no single group has.

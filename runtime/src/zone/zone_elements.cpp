@@ -81,9 +81,11 @@ void add_principal_stiffness(const typename ElementBatch<kNodes>::Point& point,
 
 template <int kNodes>
 void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZonePatch* patches,
-                   const uint8_t* left_out, const double* displacement, ZoneStrain& strain, double* forces) {
+                   const ZoneBatches::Kept& kept, const double* displacement, ZoneStrain& strain,
+                   double* forces) {
   const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
   for (uint32_t n = 0; n < count; ++n) {
+    if (!kept.holds_any(n)) continue;
     const ZoneBatch<kNodes>& batch = batches[n];
     const NodalLanes<kNodes> nodal = gather(batch.elements, displacement);
     NodalLanes<kNodes> sums = {};
@@ -92,7 +94,7 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneP
       kernels.deform(point, nodal, kinematics);
       kernels.add_force(point, kinematics, terms_of(batch, patches, &ZonePatch::pressure, kinematics), sums);
       for (int lane = 0; lane < batch.count; ++lane) {
-        if (is_left_out(left_out, n, lane)) continue;
+        if (!kept.holds(n, lane)) continue;
         const double J = kinematics.J[lane];
         const pack::ZoneMaterial& material = *batch.materials[lane];
         // Small strains know no inversion.
@@ -112,10 +114,10 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneP
       }
     }
     // Elements that are left out add nothing to their nodes.
-    for (size_t a = 0; a < kNodes && left_out != nullptr; ++a) {
+    for (size_t a = 0; a < kNodes && kept.of_lane != nullptr; ++a) {
       for (size_t i = 0; i < 3; ++i) {
         for (int lane = 0; lane < batch.count; ++lane) {
-          if (is_left_out(left_out, n, lane)) sums[a][i].set(lane, 0.0);
+          if (!kept.holds(n, lane)) sums[a][i].set(lane, 0.0);
         }
       }
     }
@@ -125,10 +127,11 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneP
 
 template <int kNodes, typename Number>
 void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZonePatch* patches,
-                      const uint8_t* left_out, const double* displacement, const ZoneUnknowns& unknowns,
+                      const ZoneBatches::Kept& kept, const double* displacement, const ZoneUnknowns& unknowns,
                       const Target<Number>& target) {
   const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
   for (uint32_t n = 0; n < count; ++n) {
+    if (!kept.holds_any(n)) continue;
     const ZoneBatch<kNodes>& batch = batches[n];
     const NodalLanes<kNodes> nodal = gather(batch.elements, displacement);
     StiffnessLanes<kNodes> stiffness = {};
@@ -144,7 +147,7 @@ void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const Zo
       }
     }
     for (int lane = 0; lane < batch.count; ++lane) {
-      if (is_left_out(left_out, n, lane)) continue;
+      if (!kept.holds(n, lane)) continue;
       int places[kNodes];
       for (size_t a = 0; a < kNodes; ++a) places[a] = batch.elements.nodes[a][static_cast<size_t>(lane)];
       scatter_stiffness(kNodes, places, stiffness.data(), lane, unknowns, target);
@@ -156,9 +159,9 @@ void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const Zo
 
 ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacement, double* forces) {
   ZoneStrain strain = {share_volumes(batches, displacement), static_cast<double>(INFINITY)};
-  add_forces_of(batches.linear, batches.num_linear, batches.patches, batches.linear_left_out, displacement,
+  add_forces_of(batches.linear, batches.num_linear, batches.patches, batches.kept_linear, displacement,
                 strain, forces);
-  add_forces_of(batches.quadratic, batches.num_quadratic, batches.patches, batches.quadratic_left_out,
+  add_forces_of(batches.quadratic, batches.num_quadratic, batches.patches, batches.kept_quadratic,
                 displacement, strain, forces);
   return strain;
 }
@@ -197,7 +200,12 @@ uint64_t force_operations(const ZoneBatches& batches) {
 uint64_t stiffness_operations(const ZoneBatches& batches) {
   constexpr uint64_t kLinear = 3000;  // an element of four nodes
   constexpr uint64_t kQuadratic = 20;
-  return kLinear * kLanes * (batches.num_linear + kQuadratic * batches.num_quadratic);
+  uint64_t batches_of_four = 0;
+  for (uint32_t n = 0; n < batches.num_linear; ++n)
+    batches_of_four += batches.kept_linear.holds_any(n) ? 1 : 0;
+  for (uint32_t n = 0; n < batches.num_quadratic; ++n)
+    batches_of_four += batches.kept_quadratic.holds_any(n) ? kQuadratic : 0;
+  return kLinear * kLanes * batches_of_four;
 }
 
 template <typename Number>
@@ -205,9 +213,9 @@ void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, 
                         Number* matrix, uint32_t stride) {
   const Target<Number> target = {matrix, stride};
   share_volumes(batches, displacement);
-  add_stiffness_of(batches.linear, batches.num_linear, batches.patches, batches.linear_left_out, displacement,
+  add_stiffness_of(batches.linear, batches.num_linear, batches.patches, batches.kept_linear, displacement,
                    unknowns, target);
-  add_stiffness_of(batches.quadratic, batches.num_quadratic, batches.patches, batches.quadratic_left_out,
+  add_stiffness_of(batches.quadratic, batches.num_quadratic, batches.patches, batches.kept_quadratic,
                    displacement, unknowns, target);
   add_dyads(batches, displacement, unknowns, target);
 }

@@ -57,15 +57,23 @@ struct ZoneBatches {
   uint32_t num_patches;
   ZonePatch* patches;    // by ZoneLanes::patches
   uint32_t first_patch;  // the patches of these batches are first_patch .. first_patch + num_patches - 1
-  // A number for each lane: not 0 leaves out the lane's element, as if it were not there; null: none is left out
-  const uint8_t* linear_left_out;
-  const uint8_t* quadratic_left_out;
+  // Elements whose lane has another number than `number` are left out, as if they were not there
+  struct Kept {
+    const uint8_t* of_lane;  // null: none is left out
+    uint8_t number;
+
+    bool holds(uint32_t batch, int lane) const {
+      return of_lane == nullptr || of_lane[uint32_t{kLanes} * batch + static_cast<uint32_t>(lane)] == number;
+    }
+    bool holds_any(uint32_t batch) const {
+      return holds(batch, 0) || holds(batch, 1) || holds(batch, 2) || holds(batch, 3);
+    }
+  };
+  Kept kept_linear;
+  Kept kept_quadratic;
 };
 
-// Whether a lane's element is left out. `left_out`: of the batch's first lane, or null.
-inline bool is_left_out(const uint8_t* left_out, uint32_t batch, int lane) {
-  return left_out != nullptr && left_out[uint32_t{kLanes} * batch + static_cast<uint32_t>(lane)] != 0;
-}
+static_assert(kLanes == 4);
 
 // Calls work(lanes, corners) of every batch; corners[4][kLanes] as ElementBatch::nodes.
 template <typename Work>
@@ -110,9 +118,15 @@ struct ZoneMaster {
 };
 
 struct ZoneUnknowns {
-  const uint32_t* of_node;       // [nodes] the first of three, or kNoUnknown, kHeldUnknown
-  const uint32_t* first_master;  // [nodes + 1] of those held
+  const uint32_t* of_place;      // the first of three, or kNoUnknown, kHeldUnknown
+  const uint32_t* first_master;  // of those held
   const ZoneMaster* masters;
+  const uint32_t* place_of =
+      nullptr;  // [nodes of the batches] places in the arrays; null: the nodes themselves
+
+  uint32_t place(int node) const {
+    return place_of != nullptr ? place_of[node] : static_cast<uint32_t>(node);
+  }
 };
 
 struct ZoneStrain {
@@ -133,6 +147,9 @@ uint64_t stiffness_operations(const ZoneBatches& batches);
 // ZonePatch::followed after a step between two states, by its equation above. `part`: how much of the Newton step it
 // is, 0 where it only follows what moves the zone. The patches' other numbers are then those of `from`.
 void follow_pressures(const ZoneBatches& batches, const double* from, const double* to, double part);
+
+// ZonePatch::followed of patches in balance.
+void settle_pressures(const ZoneBatches& batches, const double* displacement);
 
 // Adds the tangent stiffness to the lower triangle of a column-major matrix of doubles or floats.
 template <typename Number>

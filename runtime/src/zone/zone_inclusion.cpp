@@ -107,10 +107,10 @@ void take_inclusion(const pal_pack& pack, ZoneState& state) {
     for (uint32_t p = 0; p < batches.num_patches; ++p)
       batches.patches[p].at_rest = batches.patches[p].pressure;
     group.has_balance = false;
-    group.elsewhere = 0;
+    group.setbacks.elsewhere = 0;
     // A tangent of other tissue is as far off as one of tissue that has been strained as much.
-    group.moved += 0.5 * change * pack.mean_surface_edge;
-    group.moved_since += 0.5 * change * pack.mean_surface_edge;
+    group.tangent.moved += change * pack.mean_surface_edge;
+    group.tangent.moved_since += change * pack.mean_surface_edge;
     if (!is_new) state.inclusion_energy += element_energy(set, group, pack, state.work.forces) - before;
   }
 }

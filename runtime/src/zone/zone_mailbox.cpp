@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "runtime/src/pack/pack_view.hpp"
-#include "runtime/src/zone/zone_balance.hpp"
 #include "runtime/src/zone/zone_motion.hpp"
 
 namespace palpate {
@@ -54,7 +53,7 @@ void change_correction(const pal_pack& pack, ZoneState& state, Change&& change) 
   const auto move_balance = [&](double sign) {
     for (ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
       for (uint32_t i = 0; i < group->boundary_stride; ++i)
-        group->coupled_in_balance[i] += sign * group->coupled[i];
+        group->exterior.coupled_in_balance[i] += sign * group->exterior.coupled[i];
     }
   };
   move_balance(-1);
@@ -85,7 +84,7 @@ void drop_if_useless(const pal_pack& pack, ZoneState& state) {
 }
 
 // Takes S of the delivery, if it has another one.
-void take_tangent(ZoneDelivery& delivery, ZoneState& state) {
+void take_exterior(ZoneDelivery& delivery, ZoneState& state) {
   ZoneCorrection& correction = state.active.correction;
   if (delivery.tangent == correction.tangent) return;
   std::swap(state.exterior, delivery.exterior);
@@ -113,9 +112,13 @@ Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
   const bool begins = !correction.is_refined || !isfinite(correction.change);
   state.has_jumped = state.has_jumped || begins;
   change_correction(pack, state, [&](ZoneFrame& now) {
-    take_tangent(delivery, state);
+    take_exterior(delivery, state);
     take_correction(mailbox, request.followed, request.displacement, now);
   });
+  if (delivery.has_tangents) {
+    std::swap(state.tangents, delivery.tangents);
+    use_tangents(state.tangents, delivery.made, set);
+  }
   const bool is_of_this_tissue = request.inclusion_version == state.inclusion_version;
   correction.change = is_of_this_tissue ? delivery.change : static_cast<double>(INFINITY);
   return Taken::taken;
@@ -133,6 +136,11 @@ void fill_request(uint32_t used, const ZoneState& state, ZoneMailbox& mailbox) {
   request.num_axes = set.num_axes;
   memcpy(request.followed, set.followed, set.num_axes * sizeof *set.followed);
   memcpy(request.displacement, set.displacement, size_t{3} * set.num_nodes * sizeof *set.displacement);
+  memcpy(request.masters, set.masters, set.num_masters * sizeof *set.masters);
+  for (uint32_t g = 0; g < set.num_groups; ++g) {
+    set.groups[g].tangent.moved_since = 0;
+    set.groups[g].tangent.age_since = 0;
+  }
   request.inclusion = state.inclusion;
   request.inclusion_version = state.inclusion_version;
   used |= 1u << correction.field | 1u << correction.rest_field;
@@ -150,6 +158,8 @@ size_t field_size(const pal_pack& pack) {
 void carve_mailbox(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneMailbox& mailbox) {
   mailbox = {};
   mailbox.request.displacement = arena.take<double>(size_t{3} * room.nodes);
+  mailbox.request.masters = arena.take<ZoneMaster>(room.masters);
+  mailbox.delivery.tangents = carve_tangents(room, arena);
   const size_t axes = room.axes_per_contact * room.contacts;
   mailbox.delivery.force = arena.take<double>(symmetric_stride(3 * room.boundary));
   mailbox.delivery.exterior = arena.take<float>(room.exterior);

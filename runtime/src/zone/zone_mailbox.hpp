@@ -17,6 +17,7 @@
 #include <palpate/palpate.h>
 
 #include "runtime/src/zone/zone_balance.hpp"
+#include "runtime/src/zone/zone_tangent.hpp"
 
 namespace palpate {
 
@@ -35,6 +36,7 @@ struct ZoneRequest {
   uint32_t num_axes;
   double followed[kMostZoneAxes];  // displacements of the contacts, and turns
   double* displacement;            // [max_nodes][3] from the mesh
+  ZoneMaster* masters;             // [max_masters]
   uint64_t tangent;                // ZoneCorrection::tangent
   uint32_t inclusion_version;
   Inclusion inclusion;
@@ -43,13 +45,16 @@ struct ZoneRequest {
 
 // The result of an iteration, or the exterior of a prepared set where its nodes have been placed.
 struct ZoneDelivery {
-  bool is_good;      // false: an element outside would be inverted, or the exterior is not positive definite
-  double* force;     // [max_boundary][3], rounded to a stride: c of the boundary, group by group
-  double energy;     // C
-  uint64_t tangent;  // number of S
-  float* exterior;   // [ZoneRoom::exterior] S of all groups, if the active set has another one
-  double change;     // of displacements by the iteration, the largest component
-  bool is_unstable;  // the exterior's tangent near this equilibrium is not positive definite
+  bool is_good;       // false: an element outside would be inverted, or the exterior is not positive definite
+  double* force;      // [max_boundary][3], rounded to a stride: c of the boundary, group by group
+  double energy;      // C
+  uint64_t tangent;   // number of S
+  float* exterior;    // [ZoneRoom::exterior] S of all groups, if the active set has another one
+  double change;      // of displacements by the iteration, the largest component
+  bool is_unstable;   // the exterior's tangent near this equilibrium is not positive definite
+  bool has_tangents;  // of the groups, at the request's displacements or of the prepared set
+  Tangent made[kMostZoneContacts];
+  TangentBuffers tangents;
 };
 
 // Three snapshots, the zone's last and first ones, and the delivery may each have a field of their own.

@@ -285,6 +285,7 @@ bool list_elements(const pal_pack& pack, uint64_t mask, ZonePreparation& prepara
     if ((preparation.element_contacts[index] & mask) == 0) continue;
     if (set.num_elements == preparation.room.elements) return false;
     set.elements[set.num_elements++] = index;
+    ++group.num_elements;
     const pack::ZoneElement& element = pack.zone_elements[index];
     if (element.num_nodes == 4) {
       sound = append_element(pack, element, preparation.place_of, num_linear++, group.batches,
@@ -348,6 +349,7 @@ bool collect_members(const pal_pack& pack, uint64_t operations, ZonePreparation&
     spent += kOfMember * (preparation.num_found_nodes / set.num_contacts + 1);
     ++preparation.column;
   }
+  set.num_masters = preparation.used.masters;
   forget_marks(preparation);
   return true;
 }

@@ -36,22 +36,22 @@ bool tangent_explains_trend(const ZoneGroup& group) {
   for (uint32_t i = 0; i < num_moving(group); ++i) {
     double expected = 0;
     for (uint32_t axis = 0; axis < group.num_axes; ++axis)
-      expected -= sensitivity(group, axis)[i] * group.axes_trend[axis];
+      expected -= sensitivity(group, axis)[i] * group.trend.axes[axis];
     largest = std::max(largest, fabs(expected));
-    largest_else = std::max(largest_else, fabs(group.trend[i] - expected));
+    largest_else = std::max(largest_else, fabs(group.trend.unknowns[i] - expected));
   }
   return largest_else <= kMostElse * largest;
 }
 
 // Returns s, or zero where there is no trend or tangent, or where contacts stood still.
 double trend_factor(const ZoneFrame& frame, const double* change, const ZoneGroup& group) {
-  if (!group.has_trend || !group.has_tangent) return 0;
+  if (!group.trend.is_good || !group.has_tangent) return 0;
   double along = 0;
   double square = 0;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const double unit = length_of(frame, contact_axis(frame.set, group, i), 1);
-    along += unit * change[i] * unit * group.axes_trend[i];
-    square += unit * group.axes_trend[i] * unit * group.axes_trend[i];
+    along += unit * change[i] * unit * group.trend.axes[i];
+    square += unit * group.trend.axes[i] * unit * group.trend.axes[i];
   }
   const double still = kStill * frame.pack.mean_surface_edge;
   return square > still * still ? std::max(-kMostTrend, std::min(kMostTrend, along / square)) : 0;
@@ -68,7 +68,7 @@ struct Step {
   double trend;                // s
 };
 
-// Sets the goal within ZoneGroup::longest_step from the last equilibrium.
+// Sets the goal within ZoneGroup::setbacks.longest_step from the last equilibrium.
 void plan_step(const ZoneFrame& frame, const ZoneGroup& group, const double* wanted, Step& step) {
   const ZoneSet& set = frame.set;
   memcpy(step.before, set.followed, set.num_axes * sizeof *step.before);
@@ -82,7 +82,7 @@ void plan_step(const ZoneFrame& frame, const ZoneGroup& group, const double* wan
     const uint32_t at = contact_axis(set, group, i);
     from_equilibrium = std::max(from_equilibrium, length_of(frame, at, wanted[at] - balanced[at]));
   }
-  const double limit = group.longest_step * frame.pack.mean_surface_edge;
+  const double limit = group.setbacks.longest_step * frame.pack.mean_surface_edge;
   step.within_limit = from_equilibrium > limit ? limit / from_equilibrium : 1.0;
   step.length = step.within_limit * shift;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
@@ -115,8 +115,8 @@ bool try_step(ZoneFrame& frame, ZoneGroup& group, const Step& step) {
   find_change(set, group, step.before, set.followed, change);
   const double trend = step.part * step.trend;
   for (uint32_t i = 0; i < group.num_axes && group.has_tangent; ++i)
-    add_to_unknowns(frame, group, sensitivity(group, i), trend * group.axes_trend[i] - change[i]);
-  if (trend != 0) add_to_unknowns(frame, group, group.trend, trend);
+    add_to_unknowns(frame, group, sensitivity(group, i), trend * group.trend.axes[i] - change[i]);
+  if (trend != 0) add_to_unknowns(frame, group, group.trend.unknowns, trend);
   place_held(frame, group);
   return evaluate_group(frame, group);
 }
@@ -189,15 +189,15 @@ void restore_group(ZoneFrame& frame, const ZoneGroup& group) {
 }
 
 void count_move(ZoneGroup& group, double length) {
-  group.moved += length;
-  group.moved_since += length;
+  group.tangent.moved += length;
+  group.tangent.moved_since += length;
 }
 
 void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
   save_group(frame, group);
   Step step;
   plan_step(frame, group, wanted, step);
-  group.has_trend = false;
+  group.trend.is_good = false;
   bool is_taken = false;
   for (uint32_t cut = 0; cut <= kMostCuts && !is_taken;) {
     is_taken = try_step(frame, group, step);
@@ -211,7 +211,7 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
       ++cut;
     }
   }
-  group.jammed = is_taken ? 0 : group.jammed + 1;
+  group.setbacks.jammed = is_taken ? 0 : group.setbacks.jammed + 1;
   if (is_taken) {
     follow_pressures(group.batches, frame.work.saved, frame.set.displacement, 0);
     count_move(group, step.part * step.length);
@@ -220,20 +220,20 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
   }
   if (!is_taken || step.within_limit * step.part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
   for (uint32_t i = 0; i < group.num_axes; ++i)
-    group.axes_began[i] = step.before[contact_axis(frame.set, group, i)];
-  memcpy(group.began, frame.work.saved + size_t{3} * group.first_node,
-         num_moving(group) * sizeof *group.began);
+    group.trend.axes_began[i] = step.before[contact_axis(frame.set, group, i)];
+  memcpy(group.trend.began, frame.work.saved + size_t{3} * group.first_node,
+         num_moving(group) * sizeof *group.trend.began);
 }
 
 void keep_trend(const ZoneFrame& frame, ZoneGroup& group) {
   if (!group.has_tangent) return;
   const double* u = frame.set.displacement + size_t{3} * group.first_node;
-  for (uint32_t i = 0; i < num_moving(group); ++i) group.trend[i] = u[i] - group.began[i];
+  for (uint32_t i = 0; i < num_moving(group); ++i) group.trend.unknowns[i] = u[i] - group.trend.began[i];
   double before[kMostZoneAxes];
   for (uint32_t i = 0; i < group.num_axes; ++i)
-    before[contact_axis(frame.set, group, i)] = group.axes_began[i];
-  find_change(frame.set, group, before, frame.set.followed, group.axes_trend);
-  group.has_trend = tangent_explains_trend(group);
+    before[contact_axis(frame.set, group, i)] = group.trend.axes_began[i];
+  find_change(frame.set, group, before, frame.set.followed, group.trend.axes);
+  group.trend.is_good = tangent_explains_trend(group);
 }
 
 }  // namespace palpate

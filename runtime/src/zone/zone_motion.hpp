@@ -41,8 +41,8 @@ void restore_group(ZoneFrame& frame, const ZoneGroup& group);
 void count_move(ZoneGroup& group, double length);
 
 // Moves the contacts towards `wanted` [axes of the set] and predicts the unknowns. The step ends within
-// ZoneGroup::longest_step mean surface edges of the last equilibrium, and is halved while an element is inverted. Sets
-// PAL_FLAG_UNCONVERGED where the contacts miss `wanted`. ZoneGroup::jammed counts frames in a row without any step.
+// ZoneGroup::setbacks.longest_step mean surface edges of the last equilibrium, and is halved while an element is inverted. Sets
+// PAL_FLAG_UNCONVERGED where the contacts miss `wanted`. ZoneGroup::setbacks.jammed counts frames in a row without any step.
 void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted);
 
 // Stores Du and Dd of this frame. The next frame uses them only if the tangent explains most of Du.

@@ -53,7 +53,9 @@ ZoneRoom zone_room(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fix
   room.exterior = stride * stride;
   const uint32_t axes = room.axes_per_contact * room.contacts;
   const uint32_t unknowns = 3 * room.nodes + kEliminationColumns;
-  room.rows = size_t{2 * axes + 3} * (unknowns + kEliminationColumns * room.contacts) + (axes + 3) * stride;
+  const size_t of_unknowns = size_t{unknowns} + kEliminationColumns * room.contacts;
+  room.rows = 3 * of_unknowns + (axes + 3) * stride;
+  room.tangent_rows = axes * of_unknowns;
   const uint32_t size = unknowns + axes + kEliminationRows * room.contacts;
   room.tangents = size_t{round_to_columns(size)} * elimination_stride(size);
   return room;
@@ -93,6 +95,10 @@ void carve_set(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneSet
   set.rows = arena.take<double>(room.rows);
 }
 
+TangentBuffers carve_tangents(const ZoneRoom& room, Arena& arena) {
+  return {arena.take<float>(room.tangents), arena.take<double>(room.tangent_rows)};
+}
+
 void carve_work(const ZoneRoom& room, Arena& arena, ZoneWork& work) {
   const size_t values = size_t{3} * room.nodes;
   work.forces = arena.take<double>(values);
@@ -105,7 +111,7 @@ void carve_zone(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneSt
   state = {};
   state.room = room;
   carve_set(pack, room, arena, state.active);
-  for (float*& tangents : state.tangents) tangents = arena.take<float>(room.tangents);
+  state.tangents = carve_tangents(room, arena);
   state.exterior = arena.take<float>(room.exterior);
   carve_work(room, arena, state.work);
 }
@@ -171,9 +177,8 @@ size_t exterior_size(const ZoneSet& set) {
 void use_exterior(float* exterior, ZoneSet& set) {
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    group.exterior = exterior;
+    group.exterior.stiffness = exterior;
     exterior += size_t{group.boundary_stride} * group.boundary_stride;
-    group.has_new_exterior = true;
   }
 }
 
@@ -201,7 +206,8 @@ void keep_balance(ZoneSet& set, ZoneGroup& group) {
   copy_place(set, group, place_now(set), set.balanced);
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
     group.batches.patches[p].balanced = group.batches.patches[p].followed;
-  memcpy(group.coupled_in_balance, group.coupled, group.boundary_stride * sizeof *group.coupled);
+  memcpy(group.exterior.coupled_in_balance, group.exterior.coupled,
+         group.boundary_stride * sizeof *group.exterior.coupled);
   group.stored_in_balance = group.stored;
   group.has_balance = true;
 }
@@ -212,9 +218,8 @@ void go_back_to_balance(ZoneSet& set, ZoneGroup& group) {
     group.batches.patches[p].followed = group.batches.patches[p].balanced;
   group.stored = group.stored_in_balance;
   group.has_tangent = false;
-  group.is_assembling = false;
-  group.has_trend = false;
-  group.is_back = true;
+  group.trend.is_good = false;
+  group.setbacks.is_back = true;
 }
 
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
@@ -232,11 +237,10 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   drop_correction(set);
   group.stored = 0;
   group.has_tangent = false;
-  group.is_assembling = false;
-  group.has_trend = false;
-  group.is_back = true;
-  group.failures = group.astray = group.late = group.jammed = 0;
-  group.longest_step = kLongestStep;
+  group.trend.is_good = false;
+  group.setbacks.is_back = true;
+  group.setbacks.failures = group.setbacks.astray = group.setbacks.late = group.setbacks.jammed = 0;
+  group.setbacks.longest_step = kLongestStep;
   keep_balance(set, group);
 }
 

@@ -22,55 +22,30 @@ using pack::kMostZoneFixed;
 
 inline constexpr uint32_t kMostZoneAxes = 6 * kMostZoneContacts;
 
-// Contacts that share a zone, and the state of the solves of that zone.
-struct ZoneGroup {
-  uint32_t num_contacts;
-  uint32_t contacts[kMostZoneContacts];  // contacts of the set, by number
-  uint32_t num_axes;  // three displacements a contact, then three rotations a contact where patches turn
-  // Nodes of the group in ZoneSet::nodes: interior, boundary, held and fixed ones in turn
-  uint32_t first_node;
-  uint32_t num_interior;
-  uint32_t num_boundary;
-  uint32_t num_held;
-  uint32_t num_nodes;
-  ZoneBatches batches;
-  uint32_t unknowns;  // displacements of interior and boundary nodes, rounded up to kEliminationColumns
-  uint32_t size;      // rows of the tangent's matrix: the unknowns, then num_axes
-  uint32_t stride;
-  uint32_t boundary_stride;
-  float* exterior;         // [boundary_stride][boundary_stride] the block of S of this boundary, symmetric
-  bool has_new_exterior;   // S has changed since the tangent in use was begun
-  double* exterior_force;  // [boundary_stride] S w_B, computed by evaluate_group()
-  double* coupling;        // [axes of the set][boundary_stride] T
-  double* coupled;         // [boundary_stride] T d, computed by find_coupling()
+// The exterior as the boundary of a group meets it (zone_balance.hpp).
+struct GroupExterior {
+  float* stiffness;  // [boundary_stride][boundary_stride] the block of S of this boundary, symmetric
+  double* force;     // [boundary_stride] S w_B, computed by evaluate_group()
+  double* coupling;  // [axes of the set][boundary_stride] T
+  double* coupled;   // [boundary_stride] T d, computed by find_coupling()
   double* coupled_in_balance;  // [boundary_stride] `coupled` at the last balance of the group
+};
 
-  // The tangent in use (zone_tangent.hpp)
+// The tangent in use (zone_tangent.hpp).
+struct ZoneTangent {
   float* factor;          // [size rounded to columns][stride], eliminated
   double* sensitivities;  // [num_axes][unknowns] - d unknown / d axis
   double* step;           // [unknowns] the last Newton step
-  bool has_tangent;
-  bool is_shifted;  // the tangent was made positive definite by a shift
-  double moved;     // length that contacts and nodes have moved since a tangent was begun last
-  double left;      // part of the residual that the last Newton step left
+  bool is_shifted;        // the tangent was made positive definite by a shift
+  double moved;           // length that contacts and nodes have moved since its state
+  uint32_t age;           // frames since its state
+  double moved_since;     // as `moved`, since the state of the last request to the refining lane
+  uint32_t age_since;     // as `age`
+  double left;            // part of the residual that the last Newton step left
+};
 
-  // The next tangent, which several frames may make
-  float* spare;                 // as `factor`
-  double* spare_sensitivities;  // as `sensitivities`
-  size_t tangent_place;         // offset of `factor` and `spare` in ZoneState::tangents
-  bool is_assembling;           // the next tangent is begun and not finished
-  uint32_t shift;               // attempts that failed, each with a smaller shift than the next
-  uint32_t assembled;           // parts that are assembled
-  uint32_t column;              // columns before this one are eliminated
-  uint32_t substituted;         // sensitivities that are finished
-  double moved_since;           // as `moved`, since the next tangent was begun
-
-  double energy;     // of the elements, at the last evaluated displacements
-  double stored;     // energy of the group and of the organ outside, at the end of the last solve
-  bool has_balance;  // ZoneSet::balanced has a balance of the group; else the state where the group began
-  double stored_in_balance;  // `stored` at the last balance
-
-  // Solves with a fault, in a row (zone_setback.hpp)
+// Solves with a fault, in a row (zone_setback.hpp).
+struct ZoneSetbacks {
   uint32_t failures;  // setbacks since a solve converged
   uint32_t astray;    // the last step left most of the residual
   uint32_t late;      // the goal ended nearer to rest than to the contacts
@@ -81,13 +56,55 @@ struct ZoneGroup {
   double given_up[kMostZoneAxes];
   double elsewhere;
   double longest_step;  // mean surface edges that a contact may go from the last balance
+};
 
-  // Changes of the last frame (zone_motion.hpp)
-  bool has_trend;                    // the tangent explains most of `trend`
-  double* trend;                     // [unknowns] Du
-  double* began;                     // [unknowns] where the unknowns of this frame began
-  double axes_trend[kMostZoneAxes];  // Dd
+// Changes of the last frame (zone_motion.hpp).
+struct ZoneTrend {
+  bool is_good;                // the tangent explains most of Du
+  double* unknowns;            // [unknowns] Du
+  double* began;               // [unknowns] where the unknowns of this frame began
+  double axes[kMostZoneAxes];  // Dd
   double axes_began[kMostZoneAxes];
+};
+
+// The unknowns of a group, and the rows of its tangent's matrix.
+struct GroupLayout {
+  uint32_t num_axes;  // three displacements a contact, then three rotations a contact where patches turn
+  // Nodes of the group in ZoneSet::nodes: interior, boundary, held and fixed ones in turn
+  uint32_t first_node;
+  uint32_t num_interior;
+  uint32_t num_boundary;
+  uint32_t unknowns;  // displacements of interior and boundary nodes, rounded up to kEliminationColumns
+  uint32_t size;      // rows: the unknowns, then num_axes
+  uint32_t stride;
+  uint32_t boundary_stride;
+  size_t matrix_place;  // of the tangent in TangentBuffers
+  size_t rows_place;
+};
+
+// Tangents of all groups of a set, one after the other.
+struct TangentBuffers {
+  float* matrices;  // [ZoneRoom::tangents]
+  double* rows;     // [ZoneRoom::tangent_rows] sensitivities
+};
+
+// Contacts that share a zone, and the state of the solves of that zone.
+struct ZoneGroup : GroupLayout {
+  uint32_t num_contacts;
+  uint32_t contacts[kMostZoneContacts];  // contacts of the set, by number
+  uint32_t num_held;
+  uint32_t num_nodes;
+  uint32_t num_elements;
+  ZoneBatches batches;
+  GroupExterior exterior;
+  bool has_tangent;
+  ZoneTangent tangent;
+  ZoneTrend trend;
+  ZoneSetbacks setbacks;
+  double energy;     // of the elements, at the last evaluated displacements
+  double stored;     // energy of the group and of the organ outside, at the end of the last solve
+  bool has_balance;  // ZoneSet::balanced has a balance of the group; else the state where the group began
+  double stored_in_balance;  // `stored` at the last balance
 };
 
 inline uint32_t first_boundary(const ZoneGroup& group) {
@@ -138,30 +155,42 @@ struct ZoneCorrection {
   double force_change[kMostZoneContacts];
 };
 
-struct ZoneSet {
-  bool ready;
-  bool sound;  // the set fits the pack's capacities and the organ is positive definite; else it cannot answer
+// What a frame has named (state_transfer.hpp).
+struct NamedContacts {
   uint32_t num_contacts;
-  uint32_t* sites;  // [max_contacts]
+  uint32_t num_axes;    // displacements [num_contacts][3], then turns [num_contacts][3] where patches turn
+  uint32_t* sites;      // [max_contacts]
+  double (*places)[3];  // [max_contacts] the contacts' places at rest
   uint32_t num_fixed;
   uint32_t* fixed;         // [max_fixed] contact nodes
   uint32_t fixed_version;  // FixedNodes::version for which the set was made
-  uint32_t flags;          // PAL_FLAG_OVERLAPPING
+};
+
+// Nodes and elements of the zones, group by group (zone_members.hpp).
+struct ZoneMembers {
+  uint32_t num_nodes;
+  uint32_t* nodes;  // [max_nodes] zone nodes
+  uint32_t num_elements;
+  uint32_t* elements;    // [max_elements] zone elements
+  uint32_t* unknown_of;  // [max_nodes] first of three in the group; kHeldUnknown: masters move it; kNoUnknown
+  uint32_t* first_master;  // [max_nodes + 1]
+  uint32_t num_masters;
+  ZoneMaster* masters;  // [max_masters]
+  double* rest_force;   // [max_nodes][3] of the elements at rest, which the organ's weight holds
+  ZoneBatch<4>* linear;
+  ZoneBatch<10>* quadratic;
+  ZonePatch* patches;
+};
+
+struct ZoneSet : NamedContacts, ZoneMembers {
+  bool ready;
+  bool sound;  // the set fits the pack's capacities and the organ is positive definite; else it cannot answer
+  uint32_t flags;  // PAL_FLAG_OVERLAPPING
   // ZoneState::inclusion_version that the elements have; kNoInclusion: the set is new and has the pack's elements
   uint32_t inclusion_version;
   uint32_t num_groups;
-  ZoneGroup* groups;  // [max_contacts]
-  uint32_t num_nodes;
-  uint32_t* nodes;  // [max_nodes] zone nodes, group by group
-  uint32_t num_elements;
-  uint32_t* elements;    // [max_elements] zone elements, group by group
-  uint32_t* unknown_of;  // [max_nodes] first of three in the group; kHeldUnknown: masters move it; kNoUnknown
-  uint32_t* first_master;  // [max_nodes + 1]
-  ZoneMaster* masters;     // [max_masters]
-  double* displacement;    // [max_nodes][3] from the mesh
-  double* rest_force;      // [max_nodes][3] of the elements at rest, which the organ's weight holds
-  // Axes: displacements [num_contacts][3], then turns [num_contacts][3] where patches turn (patch_rotation.hpp)
-  uint32_t num_axes;
+  ZoneGroup* groups;      // [max_contacts]
+  double* displacement;   // [max_nodes][3] from the mesh
   double* followed;       // [num_axes] of the patches, from rest
   double* wanted;         // [num_axes] goal of the last frame along axes of given forces; else as `followed`
   double* force;          // [num_axes] forces and torques
@@ -169,15 +198,11 @@ struct ZoneSet {
   double (*coupled_stiffness)[kMostZoneAxes];  // [num_axes] M
   double (*stiffness)[kMostZoneAxes];          // [num_axes] of the tangents; zero between groups
   double (*points)[3];   // [max_contacts] points at rest, length unit, about which patches turn
-  double (*places)[3];   // [max_contacts] the contacts' places at rest
   double (*turning)[9];  // [max_contacts] d torque / d rotation of the patch under the forces on its nodes
   ZoneCorrection correction;
-  ZonePlace balanced;  // the last balance of each group, or the state in which the group began
-  ZoneBatch<4>* linear;
-  ZoneBatch<10>* quadratic;
-  ZonePatch* patches;
+  ZonePlace balanced;       // the last balance of each group, or the state in which the group began
   float* exterior_at_rest;  // [max_exterior] S of all groups (exterior_size())
-  double* rows;             // [max_rows] sensitivities of both tangents and other vectors of groups
+  double* rows;             // [max_rows] vectors of groups
 };
 
 // The axis of the set that is axis `i` of a group.
@@ -188,7 +213,7 @@ inline uint32_t contact_axis(const ZoneSet& set, const ZoneGroup& group, uint32_
   return of_set + 3 * group.contacts[own / 3] + own % 3;
 }
 
-// The longest ZoneGroup::longest_step. Hands move less in a frame; a tool that takes hold of strained tissue may
+// The longest ZoneGroup::setbacks.longest_step. Hands move less in a frame; a tool that takes hold of strained tissue may
 // start so far away. A group that falls behind waits there until it is in balance.
 inline constexpr double kLongestStep = 0.5;
 
@@ -211,7 +236,8 @@ struct ZoneRoom {
   uint32_t masters;
   size_t exterior;  // numbers of S of all groups
   size_t rows;
-  size_t tangents;  // numbers of the matrices of a tangent of each group
+  size_t tangents;      // numbers of TangentBuffers::matrices
+  size_t tangent_rows;  // and of TangentBuffers::rows
 };
 
 // Vectors of a lane that evaluates groups. The first two cover the set, the others one group (zone_balance.hpp).
@@ -228,7 +254,7 @@ struct ZoneWork {
 struct ZoneState {
   ZoneRoom room;
   EliminationKernel kernel;
-  bool is_bounded;  // a frame makes at most one new tangent a group in one go
+  bool is_bounded;  // a frame makes at most one tangent a group
   Inclusion inclusion;
   uint32_t inclusion_version;  // changes of the inclusion
   bool strained;               // the set has been solved since it was at rest
@@ -238,8 +264,8 @@ struct ZoneState {
   bool has_jumped;          // a correction began or was dropped
   bool went_back;           // a group found no way on, and is back at its last balance or at rest
   ZoneSet active;
-  float* tangents[2];  // [ZoneRoom::tangents] each: tangents in use, and the next ones
-  float* exterior;     // [ZoneRoom::exterior] S of the last delivery (zone_mailbox.hpp)
+  TangentBuffers tangents;
+  float* exterior;  // [ZoneRoom::exterior] S of the last delivery (zone_mailbox.hpp)
   ZoneWork work;
 };
 
@@ -260,6 +286,7 @@ ZoneRoom zone_room(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fix
                    bool turns);
 
 void carve_set(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneSet& set);
+TangentBuffers carve_tangents(const ZoneRoom& room, Arena& arena);
 void carve_work(const ZoneRoom& room, Arena& arena, ZoneWork& work);
 void carve_zone(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneState& state);
 
@@ -278,7 +305,7 @@ bool is_alone_in_zone(const ZoneSet& set, uint32_t contact);
 // Whether elements of the organ are outside of the set's zones.
 bool has_exterior(const ZoneSet& set);
 
-// Numbers in S of all groups: ZoneGroup::exterior, group by group.
+// Numbers in S of all groups: ZoneGroup::exterior.stiffness, group by group.
 size_t exterior_size(const ZoneSet& set);
 
 // Points each group at its block of this S.

@@ -36,7 +36,7 @@ double find_gain(const ZoneFrame& frame, const ZoneGroup& group) {
     const size_t at = size_t{3} * first_boundary(group) + i;
     const double rest = frame.pack.zone_nodes[set.nodes[at / 3]].displacement[at % 3];
     gain -= (0.5 * (set.displacement[at] + set.balanced.displacement[at]) - rest) *
-            (group.coupled[i] - group.coupled_in_balance[i]);
+            (group.exterior.coupled[i] - group.exterior.coupled_in_balance[i]);
   }
   return gain;
 }
@@ -87,14 +87,14 @@ double distance_from_given_up(const ZoneFrame& frame, const double* wanted, cons
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(frame.set, group, i);
     const double unit = length_of(frame, at, 1);
-    along += unit * wanted[at] * unit * group.given_up[i];
+    along += unit * wanted[at] * unit * group.setbacks.given_up[i];
     square += unit * wanted[at] * unit * wanted[at];
   }
   const double nearest = square > 0 ? std::max(0.0, std::min(1.0, along / square)) : 0;
   double distance = 0;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(frame.set, group, i);
-    distance = std::max(distance, length_of(frame, at, nearest * wanted[at] - group.given_up[i]));
+    distance = std::max(distance, length_of(frame, at, nearest * wanted[at] - group.setbacks.given_up[i]));
   }
   return distance;
 }
@@ -112,12 +112,14 @@ bool begins_anew(const ZoneFrame& frame, const double* wanted, bool is_done, Zon
     from_here = std::max(from_here, length_of(frame, at, wanted[at] - frame.set.followed[at]));
     from_rest = std::max(from_rest, length_of(frame, at, wanted[at]));
   }
-  if (is_done && from_here <= kStill * edge) group.elsewhere = 0;
-  group.late = from_here > from_rest ? group.late + 1 : 0;
-  if (group.jammed <= kMostJammed || distance_from_given_up(frame, wanted, group) < group.elsewhere)
-    return group.late > kMostLate;
-  for (uint32_t i = 0; i < group.num_axes; ++i) group.given_up[i] = wanted[contact_axis(frame.set, group, i)];
-  group.elsewhere = std::max(kElsewhere * edge, 2 * group.elsewhere);
+  if (is_done && from_here <= kStill * edge) group.setbacks.elsewhere = 0;
+  group.setbacks.late = from_here > from_rest ? group.setbacks.late + 1 : 0;
+  if (group.setbacks.jammed <= kMostJammed ||
+      distance_from_given_up(frame, wanted, group) < group.setbacks.elsewhere)
+    return group.setbacks.late > kMostLate;
+  for (uint32_t i = 0; i < group.num_axes; ++i)
+    group.setbacks.given_up[i] = wanted[contact_axis(frame.set, group, i)];
+  group.setbacks.elsewhere = std::max(kElsewhere * edge, 2 * group.setbacks.elsewhere);
   return true;
 }
 
@@ -126,10 +128,11 @@ bool begins_anew(const ZoneFrame& frame, const double* wanted, bool is_done, Zon
 Setback find_setback(const ZoneFrame& frame, const double* wanted, double size, bool failed, bool done,
                      ZoneGroup& group) {
   if (begins_anew(frame, wanted, done, group)) return Setback::to_rest;
-  const bool is_stuck = failed || (done && is_unexplained(frame, group)) || group.astray > kMostAstray ||
+  const bool is_stuck = failed || (done && is_unexplained(frame, group)) ||
+                        group.setbacks.astray > kMostAstray ||
                         (frame.flags != frame.set.flags && is_lost(frame, group, size));
   if (!is_stuck) return Setback::none;
-  return ++group.failures > kMostFailures ? Setback::to_rest : Setback::to_balance;
+  return ++group.setbacks.failures > kMostFailures ? Setback::to_rest : Setback::to_balance;
 }
 
 void go_back(ZoneFrame& frame, Setback setback, ZoneGroup& group) {
@@ -138,8 +141,8 @@ void go_back(ZoneFrame& frame, Setback setback, ZoneGroup& group) {
   if (setback == Setback::to_rest) {
     rest_group(frame.pack, frame.set, group);
   } else {
-    group.longest_step = std::max(kShortestStep, kShorter * group.longest_step);
-    group.astray = 0;
+    group.setbacks.longest_step = std::max(kShortestStep, kShorter * group.setbacks.longest_step);
+    group.setbacks.astray = 0;
     go_back_to_balance(frame.set, group);
   }
   place_held(frame, group);
