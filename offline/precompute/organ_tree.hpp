@@ -1,7 +1,7 @@
 // The organ as the runtime solves it: all nodes and elements, and the tree that orders their elimination.
 //
 // The exterior of a nonlinear zone is the whole organ outside of the zone. The runtime condenses the exterior
-// onto the zone's boundary with a multifrontal factor (runtime/src/zone/condensation.hpp). Its fronts come
+// onto the zone's boundary with a multifrontal factor (runtime/src/exterior/condensation.hpp). Its fronts come
 // from one symbolic analysis of the graph of nodes; elements are stored front by front.
 #pragma once
 

@@ -38,7 +38,8 @@ Rules rules_of_this_project() {
       {"examples", {"palpate/"}},
   };
   add_floors("runtime/src/",
-             {"base", "numerics", "pack", "linear", "polynomial", "zone", "response", "tools", "session"},
+             {"base", "numerics", "pack", "linear", "polynomial", "elements", "exterior", "zone", "refining",
+              "response", "tools", "session"},
              {"palpate/", "runtime/kernels/", "schemas/"}, rules);
   add_floors("offline/", {"numerics", "material", "mesh", "fem"}, {"runtime/kernels/"}, rules);
   add_floors("offline/", {"precompute", "pack"},

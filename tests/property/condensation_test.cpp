@@ -1,6 +1,6 @@
 // The exterior of a zone, condensed onto the zone's boundary, against Eigen's dense elimination of the offline
 // solver's stiffness.
-#include "runtime/src/zone/condensation.hpp"
+#include "runtime/src/exterior/condensation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The live exterior: a zone and the organ outside of it come to the equilibrium of the whole organ.
-#include "runtime/src/zone/exterior.hpp"
+#include "runtime/src/exterior/exterior.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The update of the field's response, against the change of the field that it has to explain.
-#include "runtime/src/zone/field_response.hpp"
+#include "runtime/src/refining/field_response.hpp"
 
 #include <gtest/gtest.h>
 

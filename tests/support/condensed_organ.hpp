@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "offline/precompute/organ_tree.hpp"
+#include "runtime/src/exterior/condensation.hpp"
 #include "runtime/src/pack/pack_view.hpp"
-#include "runtime/src/zone/condensation.hpp"
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {

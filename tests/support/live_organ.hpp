@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "offline/numerics/decompositions.hpp"
-#include "runtime/src/zone/exterior.hpp"
+#include "runtime/src/exterior/exterior.hpp"
 #include "tests/support/condensed_organ.hpp"
 
 namespace palpate::test {

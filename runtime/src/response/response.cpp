@@ -8,11 +8,11 @@
 #include "runtime/src/pack/contact_place.hpp"
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/polynomial/polynomial_dd.hpp"
+#include "runtime/src/refining/state_transfer.hpp"
 #include "runtime/src/response/error_estimate.hpp"
 #include "runtime/src/response/patch_rotation.hpp"
 #include "runtime/src/response/response_at_point.hpp"
 #include "runtime/src/response/zone_response.hpp"
-#include "runtime/src/zone/state_transfer.hpp"
 
 namespace palpate {
 namespace {

@@ -6,10 +6,10 @@
 
 #include "runtime/src/linear/linear_blend.hpp"
 #include "runtime/src/numerics/field_kernel.hpp"
+#include "runtime/src/refining/refinement.hpp"
 #include "runtime/src/response/field_snapshot.hpp"
 #include "runtime/src/response/response_kind.hpp"
 #include "runtime/src/zone/nonlinear_zone.hpp"
-#include "runtime/src/zone/refinement.hpp"
 
 namespace palpate {
 

@@ -18,11 +18,11 @@
 #include "runtime/src/pack/contact_place.hpp"
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/polynomial/polynomial_field.hpp"
+#include "runtime/src/refining/refinement.hpp"
 #include "runtime/src/response/response.hpp"
 #include "runtime/src/response/response_at_point.hpp"
 #include "runtime/src/session/session_state.hpp"
 #include "runtime/src/tools/force_limits.hpp"
-#include "runtime/src/zone/refinement.hpp"
 
 namespace palpate {
 namespace {

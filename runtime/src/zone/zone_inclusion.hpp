@@ -13,7 +13,7 @@
 // The refining lane gives the elements outside of the zone the same stiffness, in its next delivery.
 #pragma once
 
-#include "runtime/src/zone/organ_elements.hpp"
+#include "runtime/src/elements/organ_elements.hpp"
 #include "runtime/src/zone/zone_set.hpp"
 
 namespace palpate {

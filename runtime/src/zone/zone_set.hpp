@@ -11,9 +11,9 @@
 #include <palpate/palpate.h>
 
 #include "runtime/src/base/arena.hpp"
+#include "runtime/src/elements/zone_elements.hpp"
 #include "runtime/src/numerics/elimination.hpp"
 #include "runtime/src/numerics/pose.hpp"
-#include "runtime/src/zone/zone_elements.hpp"
 
 namespace palpate {
 

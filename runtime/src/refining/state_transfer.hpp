@@ -7,7 +7,7 @@
 
 #include <palpate/palpate.h>
 
-#include "runtime/src/zone/preparation.hpp"
+#include "runtime/src/refining/preparation.hpp"
 #include "runtime/src/zone/zone_mailbox.hpp"
 
 namespace palpate {

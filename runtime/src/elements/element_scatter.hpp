@@ -3,8 +3,8 @@
 
 #include <string.h>
 
+#include "runtime/src/elements/zone_elements.hpp"
 #include "runtime/src/numerics/pose.hpp"
-#include "runtime/src/zone/zone_elements.hpp"
 
 namespace palpate {
 

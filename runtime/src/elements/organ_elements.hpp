@@ -2,7 +2,7 @@
 #pragma once
 
 #include "runtime/src/base/arena.hpp"
-#include "runtime/src/zone/zone_elements.hpp"
+#include "runtime/src/elements/zone_elements.hpp"
 
 namespace palpate {
 

@@ -1,7 +1,7 @@
 // What an iteration of the refining lane delivers.
 #pragma once
 
-#include "runtime/src/zone/refinement.hpp"
+#include "runtime/src/refining/refinement.hpp"
 
 namespace palpate {
 

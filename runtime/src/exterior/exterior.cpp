@@ -1,4 +1,4 @@
-#include "runtime/src/zone/exterior.hpp"
+#include "runtime/src/exterior/exterior.hpp"
 
 #include <math.h>
 #include <string.h>

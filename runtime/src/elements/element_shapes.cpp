@@ -1,7 +1,7 @@
 // The geometry of elements in the mesh.
 #include <math.h>
 
-#include "runtime/src/zone/zone_elements.hpp"
+#include "runtime/src/elements/zone_elements.hpp"
 
 namespace palpate {
 namespace {

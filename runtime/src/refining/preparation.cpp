@@ -1,4 +1,4 @@
-#include "runtime/src/zone/preparation.hpp"
+#include "runtime/src/refining/preparation.hpp"
 
 #include <string.h>
 

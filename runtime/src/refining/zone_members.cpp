@@ -1,4 +1,4 @@
-#include "runtime/src/zone/zone_members.hpp"
+#include "runtime/src/refining/zone_members.hpp"
 
 #include <string.h>
 

@@ -23,8 +23,8 @@
 #pragma once
 
 #include "runtime/src/base/progress.hpp"
+#include "runtime/src/elements/organ_elements.hpp"
 #include "runtime/src/numerics/elimination.hpp"
-#include "runtime/src/zone/organ_elements.hpp"
 
 namespace palpate {
 

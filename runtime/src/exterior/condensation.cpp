@@ -1,4 +1,4 @@
-#include "runtime/src/zone/condensation.hpp"
+#include "runtime/src/exterior/condensation.hpp"
 
 #include <math.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 
 #include <palpate/palpate.h>
 
-#include "runtime/src/zone/preparation.hpp"
+#include "runtime/src/refining/preparation.hpp"
 
 namespace palpate {
 

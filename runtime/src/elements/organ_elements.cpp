@@ -1,4 +1,4 @@
-#include "runtime/src/zone/organ_elements.hpp"
+#include "runtime/src/elements/organ_elements.hpp"
 
 #include "runtime/src/pack/pack_view.hpp"
 

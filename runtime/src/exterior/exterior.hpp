@@ -14,8 +14,8 @@
 // Source: Gendre, Allix, Gosselet and Comte 2009, Comput. Mech. 44 (iterative global-local coupling).
 #pragma once
 
-#include "runtime/src/zone/acceleration.hpp"
-#include "runtime/src/zone/condensation.hpp"
+#include "runtime/src/exterior/acceleration.hpp"
+#include "runtime/src/exterior/condensation.hpp"
 
 namespace palpate {
 

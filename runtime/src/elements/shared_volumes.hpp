@@ -1,7 +1,7 @@
 // The volumes and pressures that elements of a volume patch share (ZonePatch has the equations).
 #pragma once
 
-#include "runtime/src/zone/element_scatter.hpp"
+#include "runtime/src/elements/element_scatter.hpp"
 
 namespace palpate {
 

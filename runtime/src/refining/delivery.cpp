@@ -1,4 +1,4 @@
-#include "runtime/src/zone/delivery.hpp"
+#include "runtime/src/refining/delivery.hpp"
 
 #include <math.h>
 #include <string.h>

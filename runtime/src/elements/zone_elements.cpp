@@ -1,10 +1,10 @@
-#include "runtime/src/zone/zone_elements.hpp"
+#include "runtime/src/elements/zone_elements.hpp"
 
 #include <math.h>
 
-#include "runtime/src/zone/element_laws.hpp"
-#include "runtime/src/zone/element_scatter.hpp"
-#include "runtime/src/zone/shared_volumes.hpp"
+#include "runtime/src/elements/element_laws.hpp"
+#include "runtime/src/elements/element_scatter.hpp"
+#include "runtime/src/elements/shared_volumes.hpp"
 
 namespace palpate {
 namespace {

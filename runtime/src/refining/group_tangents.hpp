@@ -2,7 +2,7 @@
 // displacements of a request. No frame is slowed by them.
 #pragma once
 
-#include "runtime/src/zone/organ_elements.hpp"
+#include "runtime/src/elements/organ_elements.hpp"
 #include "runtime/src/zone/tangent_maker.hpp"
 #include "runtime/src/zone/zone_tangent.hpp"
 

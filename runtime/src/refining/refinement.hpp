@@ -23,11 +23,11 @@
 // Anderson's acceleration mixes the iterates where contacts stand still.
 #pragma once
 
-#include "runtime/src/zone/acceleration.hpp"
-#include "runtime/src/zone/exterior.hpp"
-#include "runtime/src/zone/field_response.hpp"
-#include "runtime/src/zone/group_tangents.hpp"
-#include "runtime/src/zone/preparation.hpp"
+#include "runtime/src/exterior/acceleration.hpp"
+#include "runtime/src/exterior/exterior.hpp"
+#include "runtime/src/refining/field_response.hpp"
+#include "runtime/src/refining/group_tangents.hpp"
+#include "runtime/src/refining/preparation.hpp"
 #include "runtime/src/zone/zone_mailbox.hpp"
 
 namespace palpate {

@@ -1,4 +1,4 @@
-#include "runtime/src/zone/element_laws.hpp"
+#include "runtime/src/elements/element_laws.hpp"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "runtime/src/zone/field_response.hpp"
+#include "runtime/src/refining/field_response.hpp"
 
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "runtime/src/zone/state_transfer.hpp"
+#include "runtime/src/refining/state_transfer.hpp"
 
 #include <math.h>
 #include <string.h>

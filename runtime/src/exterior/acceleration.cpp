@@ -1,4 +1,4 @@
-#include "runtime/src/zone/acceleration.hpp"
+#include "runtime/src/exterior/acceleration.hpp"
 
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "runtime/src/zone/group_tangents.hpp"
+#include "runtime/src/refining/group_tangents.hpp"
 
 #include "runtime/src/pack/pack_view.hpp"
 

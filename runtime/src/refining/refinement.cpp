@@ -1,4 +1,4 @@
-#include "runtime/src/zone/refinement.hpp"
+#include "runtime/src/refining/refinement.hpp"
 
 #include <math.h>
 #include <string.h>
@@ -7,10 +7,10 @@
 #include <atomic>
 
 #include "runtime/src/pack/pack_view.hpp"
-#include "runtime/src/zone/delivery.hpp"
-#include "runtime/src/zone/state_transfer.hpp"
+#include "runtime/src/refining/delivery.hpp"
+#include "runtime/src/refining/state_transfer.hpp"
+#include "runtime/src/refining/zone_members.hpp"
 #include "runtime/src/zone/zone_inclusion.hpp"
-#include "runtime/src/zone/zone_members.hpp"
 #include "runtime/src/zone/zone_motion.hpp"
 
 namespace palpate {

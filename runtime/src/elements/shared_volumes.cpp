@@ -1,6 +1,6 @@
-#include "runtime/src/zone/shared_volumes.hpp"
+#include "runtime/src/elements/shared_volumes.hpp"
 
-#include "runtime/src/zone/element_laws.hpp"
+#include "runtime/src/elements/element_laws.hpp"
 
 namespace palpate {
 namespace {

@@ -18,7 +18,7 @@
 // delivery; with the update, to the square of the latter.
 #pragma once
 
-#include "runtime/src/zone/condensation.hpp"
+#include "runtime/src/exterior/condensation.hpp"
 #include "runtime/src/zone/zone_balance.hpp"
 
 namespace palpate {
