@@ -93,6 +93,22 @@ TEST_P(ZonePlaces, ForcesInASharedZoneAreGradients) {
   }
 }
 
+// A set that does not fit the pack's capacities has no groups. A frame that searches for given forces ends there, too.
+TEST_P(ZonePlaces, ARefusedSetEndsItsFrame) {
+  std::vector<pal_contact> pressed = {contact_at({0.09, 0.14, 0.375}, kPush),
+                                      contact_at({0.2, 0.16, 0.375}, {0, 0.004, -0.015})};
+  OwnedSession session(pack_.get(), PAL_MODEL_ZONE);
+  session.touch(pressed);
+  ZoneSet& set = session.get()->tissue.zone.active;
+  set.sound = false;
+  set.num_groups = 0;
+  for (pal_contact& contact : pressed) {
+    contact.force_axes = 7;
+    contact.force[2] = -1;
+  }
+  EXPECT_NE(session.touch_once(pressed).front().flags & PAL_FLAG_UNCONVERGED, 0U);
+}
+
 // The forces of two displaced contacts, prescribed in turn, bring both contacts to the same places.
 TEST_P(ZonePlaces, GivenForcesActWhereBothContactsAre) {
   std::vector<pal_contact> pressed = {contact_at({0.09, 0.14, 0.375}, kPush),

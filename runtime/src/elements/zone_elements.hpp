@@ -129,6 +129,9 @@ struct ZoneUnknowns {
   }
 };
 
+// The least det F of an accepted element. Full solves of crushed tissue reach 1e-3; Newton's iterates need more room.
+inline constexpr double kLeastJacobian = 1e-4;
+
 struct ZoneStrain {
   double energy;
   // det F, but of small strains; where it is not positive, energy and forces mean nothing. Infinite if there is none

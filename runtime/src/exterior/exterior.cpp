@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "runtime/src/pack/pack_view.hpp"
-#include "runtime/src/zone/zone_set.hpp"
 
 namespace palpate {
 namespace {

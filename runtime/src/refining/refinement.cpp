@@ -163,9 +163,9 @@ void begin_first_tangents(const pal_pack& pack, const EliminationKernel& kernel,
 
 // After an iteration: whether the zones are elsewhere than at the last tangents of the groups, or S is another one.
 bool needs_tangents(const pal_pack& pack, const Refinement& of) {
-  constexpr double kMoved = 1e-6;  // of the scene's largest displacement
-  return of.history.tangent_of_groups != of.history.tangent ||
-         find_change(pack, of) > kMoved * pack.max_displacement;
+  const bool has_new_exterior =
+      of.mailbox.request.tangent != of.history.tangent || of.history.tangent_of_groups != of.history.tangent;
+  return has_new_exterior || find_change(pack, of) > kSamePlace * pack.max_displacement;
 }
 
 bool advance_tangents(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
@@ -328,6 +328,7 @@ Refined end_iteration(const pal_pack& pack, const EliminationKernel& kernel, Pro
   bool is_finite = true;
   const bool is_good = progress == Progress::ended && find_correction(pack, kernel, of, is_finite);
   of.history.failures = is_good ? 0 : of.history.failures + 1;
+  if (!is_good) of.history.tangent_of_groups = 0;
   // Begins anew at rest, also as such numbers stay in no state.
   if (!is_finite || of.history.failures >= kMostFailures) of.has_own = false;
   if (is_good) {

@@ -106,7 +106,7 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
       (flags & ~uint32_t{PAL_FLAG_EXTRAPOLATED | PAL_FLAG_OVERLAPPING}) == 0)
     estimate_refined_errors(tissue, count, results);
   // The error of a correction from before the last failure is not known.
-  const bool is_stale = set.correction.is_refined && !isfinite(set.correction.change);
+  const bool is_stale = has_exterior(set) && set.correction.is_refined && !isfinite(set.correction.change);
   for (uint32_t c = 0; c < count && is_stale; ++c)
     results[c].displacement_error = results[c].force_error = kUnknownError;
   for (uint32_t c = 0; c < count && largest > 0; ++c) {

@@ -88,10 +88,8 @@ uint32_t blend_force(const pal_session_config& config, bool reliable, bool switc
   const bool released = output.held && !held;
   // Under stale input the gain goes on falling.
   if (released && !stale) take_gain(output);
-  if (held) {
-    hold_last(output);
-    wrench = output.blended;
-  }
+  if (held && !output.held) hold_last(output);
+  if (held) wrench = output.blended;
   output.held = held;
   if ((switched && !held) || released) {
     for (int i = 0; i < 6; ++i) output.difference.v[i] = output.blended.v[i] - wrench.v[i];

@@ -1,6 +1,7 @@
 #include "runtime/src/tools/passivity.hpp"
 
 #include <math.h>
+#include <string.h>
 
 #include "runtime/src/numerics/pose.hpp"
 #include "runtime/src/response/response.hpp"
@@ -23,17 +24,6 @@ double larger_of(double a, double b) {
   return a > b ? a : b;
 }
 
-// A tool's motion since the last frame.
-struct Motion {
-  double way[3];
-  double turn[3];
-
-  explicit Motion(const ToolState& tool) {
-    for (int i = 0; i < 3; ++i) way[i] = tool.pose.position[i] - tool.before.position[i];
-    turn_between(tool.before.orientation, tool.pose.orientation, turn);
-  }
-};
-
 double dot(const double a[3], const double b[3]) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
@@ -48,23 +38,36 @@ double most_work_of(const Motion& motion, const Wrench& wrench) {
          sqrt(dot(wrench.v + 3, wrench.v + 3) * dot(motion.turn, motion.turn));
 }
 
-// Leaves a part of a force or torque, and of the rest what resists the motion.
+// Leaves a part of a force or torque, and of the rest what resists the motion. Without a motion leaves all of it.
 void play_part(double part, const double motion[3], double force[3]) {
   const double along = dot(force, motion);
   const double square = dot(motion, motion);
-  const double resisting = along > 0 && square > 0 ? along / square : 0.0;
+  if (!(square > 0)) return;
+  const double resisting = along > 0 ? along / square : 0.0;
   for (int i = 0; i < 3; ++i) force[i] = part * force[i] + (1.0 - part) * resisting * motion[i];
 }
 
-// Work of the last output force along the same motion.
-double work_of(const ToolState& tool) {
-  return tool.output.quiet ? 0.0 : work_of(Motion(tool), tool.output.out);
-}
-
+// Work of the last output forces along the motions of this frame.
 double work_of_all(const ToolStates& states) {
   double work = 0;
-  for (uint32_t t = 0; t < states.num_used; ++t) work += work_of(states.tools[t]);
+  for (uint32_t t = 0; t < states.num_used; ++t)
+    work += work_of(states.tools[t].motion, states.tools[t].output.out);
   return work;
+}
+
+bool is_zero(const double v[3]) {
+  return v[0] == 0 && v[1] == 0 && v[2] == 0;
+}
+
+// The motions of this frame.
+void find_motions(ToolStates& states) {
+  for (uint32_t t = 0; t < states.num_used; ++t) {
+    ToolState& tool = states.tools[t];
+    for (int i = 0; i < 3; ++i) tool.motion.way[i] = tool.pose.position[i] - tool.before.position[i];
+    turn_between(tool.before.orientation, tool.pose.orientation, tool.motion.turn);
+    if (!is_zero(tool.motion.way)) memcpy(tool.last_motion.way, tool.motion.way, sizeof tool.motion.way);
+    if (!is_zero(tool.motion.turn)) memcpy(tool.last_motion.turn, tool.motion.turn, sizeof tool.motion.turn);
+  }
 }
 
 // Whether every tool's output equals the model's force.
@@ -109,8 +112,9 @@ double brought_energy(const TissueState& tissue, ToolStates& states, double work
 }
 
 double tolerance(const Passivity& passivity) {
-  // Energies of contacts out of equilibrium may be many times those of the equilibrium.
-  return kTolerance * (passivity.is_settled ? larger_of(passivity.peak, passivity.stored) : passivity.peak);
+  // The energy W of contacts out of equilibrium may be many times that of the equilibrium, but E does not follow it.
+  const bool is_known = passivity.is_settled || passivity.stored < passivity.account;
+  return kTolerance * larger_of(passivity.peak, is_known ? passivity.stored : passivity.account);
 }
 
 // Moves `part` towards E / W, or towards 1 where E covers W. `account` is E; `work` is the work of the tools in this
@@ -140,6 +144,7 @@ void reset_passivity(Passivity& passivity) {
 void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* models) {
   Passivity& passivity = states.passivity;
   const bool felt = !states.changed && feels_the_models(states);
+  find_motions(states);
   if (states.num_contacts == 0 && felt) {
     const double overdraft = passivity.account < 0 ? passivity.account : 0.0;
     const double peak = passivity.peak;
@@ -155,14 +160,14 @@ void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* 
   passivity.was_unsettled = unsettled;
   const double work = work_of_all(states);
   double of_models = 0;
-  for (uint32_t t = 0; t < states.num_used; ++t) of_models += work_of(Motion(states.tools[t]), models[t]);
-  const double expected = felt ? 0.5 * (work + passivity.part * of_models) : work;
+  for (uint32_t t = 0; t < states.num_used; ++t) of_models += work_of(states.tools[t].motion, models[t]);
+  const double expected = felt ? 0.5 * (work + of_models) : work;
   // A damaged pack may give energies that are not finite.
   if (!isfinite(stored) || !isfinite(expected) || !isfinite(of_models)) {
     passivity.work = 0;
     return;
   }
-  passivity.account += brought_energy(tissue, states, felt ? expected : work);
+  passivity.account += brought_energy(tissue, states, expected);
   passivity.stored = stored;
   passivity.work = work;
   const double account = passivity.account + expected;
@@ -175,20 +180,19 @@ double limit_energy(const ToolStates& states, Wrench* outputs) {
   double work = 0;
   double reach = 0;
   for (uint32_t t = 0; t < states.num_used; ++t) {
-    const Motion motion(states.tools[t]);
-    work += work_of(motion, outputs[t]);
-    reach += most_work_of(motion, outputs[t]);
+    work += work_of(states.tools[t].motion, outputs[t]);
+    reach += most_work_of(states.tools[t].motion, outputs[t]);
   }
-  const double left = larger_of(0, passivity.account + 0.5 * passivity.work + tolerance(passivity));
+  const double left = passivity.account + 0.5 * passivity.work + tolerance(passivity);
   const bool is_covered = left + 0.5 * work >= passivity.stored;
   const double loss = is_covered && passivity.is_settled ? -work : 0.5 * (reach - work);
-  if (!(loss > left)) return 1.0;
+  if (left >= 0 && !(loss > left)) return 1.0;
+  const double part = left > 0 ? left / loss : 0.0;
   for (uint32_t t = 0; t < states.num_used; ++t) {
-    const Motion motion(states.tools[t]);
-    play_part(left / loss, motion.way, outputs[t].v);
-    play_part(left / loss, motion.turn, outputs[t].v + 3);
+    play_part(part, states.tools[t].last_motion.way, outputs[t].v);
+    play_part(part, states.tools[t].last_motion.turn, outputs[t].v + 3);
   }
-  return left / loss;
+  return part;
 }
 
 void end_account(ToolStates& states) {
@@ -196,7 +200,9 @@ void end_account(ToolStates& states) {
   const double step = 0.5 * (passivity.work + work_of_all(states));
   if (!isfinite(step)) return;
   passivity.account += step;
-  passivity.peak = larger_of(passivity.peak, passivity.account);
+  // What strained contacts bring out of equilibrium is no measure of what the tools have put in.
+  const double most = passivity.is_settled ? passivity.account : passivity.peak + larger_of(0, step);
+  passivity.peak = larger_of(passivity.peak, passivity.account < most ? passivity.account : most);
   if (!passivity.is_settled || passivity.stored > kRest * passivity.peak) return;
   passivity.part = 1.0;
   if (passivity.account > passivity.stored) passivity.account = passivity.stored;

@@ -19,7 +19,8 @@
 //    as long as that of this frame. Where it does not, a part s of F is played, and of the rest only what resists the motion:
 //      F_played = s F + (1 - s) max(0, F . dx) dx / |dx|^2
 //      s l = E + work_before / 2 + tolerance,    l = (r - w) / 2,   r = sum of |F| |dx|,   w = sum of F . dx
-//    with work_before the work of the last frame's forces along dx, and torques as forces. The second term cannot give in
+//    with work_before the work of the last frame's forces along dx, and torques as forces. In an overdraft
+//    s = 0, and a tool that stands still has the dx of its last motion. The second term cannot give in
 //    the next step more than it has taken in this one, so the tools pay an overdraft back as they move.
 //    While contacts are in equilibrium and E covers W, forces are those of W, and only the step after next may turn:
 //    l = -w.
@@ -28,8 +29,7 @@
 // overdraw the account. The account keeps that overdraft until it is paid back; a surplus is lost where the tissue is at rest
 // or nothing is held.
 //
-// Source: the passivity observer and controller of Hannaford and Ryu 2002. Here the model gives the energy
-// where one model answers, and a factor on the force replaces the damper.
+// Source: the passivity observer and controller of Hannaford and Ryu 2002. Here factors on the force replace the damper.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -40,6 +40,12 @@ namespace palpate {
 
 struct TissueState;
 struct ToolStates;
+
+// A tool's motion from one frame to the next.
+struct Motion {
+  double way[3];
+  double turn[3];
+};
 
 struct Passivity {
   double account;      // E: J, or the model's units of energy, as all energies below

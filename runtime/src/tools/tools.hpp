@@ -42,8 +42,10 @@ struct HeldContact {
 };
 
 struct ToolState {
-  pal_pose pose;    // the last valid pose
-  pal_pose before;  // pose in the last frame
+  pal_pose pose;       // the last valid pose
+  pal_pose before;     // pose in the last frame
+  Motion motion;       // from there
+  Motion last_motion;  // the last way and turn that were not zero
   bool has_pose;
   bool touches;
   bool must_leave;  // after a release, the tool must leave the surface before its next hold

@@ -244,14 +244,14 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     is_renewed[g] = begin_group(frame, set.groups[g], state.went_back);
     set.groups[g].setbacks.is_back = false;
-    ++set.groups[g].tangent.age;
-    ++set.groups[g].tangent.age_since;
+    count_solve(frame, set.groups[g]);
     move_contacts(frame, set.groups[g], displacements);
   }
   find_coupling(frame);
   Solved solved[kMostZoneContacts] = {};
   ZoneAnswer answer = {};
-  bool converged = true;
+  bool converged = set.num_groups > 0;
+  if (!converged) answer.iterations = iterations;  // a set that is refused has no use for more
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     solved[g] = solve_group(frame, iterations, size, goal, state.is_bounded, is_renewed[g], set.groups[g]);
     answer.iterations = std::max(answer.iterations, solved[g].taken);

@@ -66,7 +66,7 @@ void find_exterior_force(ZoneFrame& frame, ZoneGroup& group) {
 
 void find_coupling(ZoneFrame& frame) {
   ZoneSet& set = frame.set;
-  if (set.num_groups == 1) return;
+  if (set.num_groups <= 1) return;
   double change[kMostZoneAxes];
   find_change_since(set, change);
   for (ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
@@ -81,7 +81,7 @@ void find_coupling(ZoneFrame& frame) {
 
 double coupled_energy(const ZoneFrame& frame) {
   const ZoneSet& set = frame.set;
-  if (set.num_groups == 1) return 0;
+  if (set.num_groups <= 1) return 0;
   double change[kMostZoneAxes];
   find_change_since(set, change);
   double energy = 0;
@@ -94,7 +94,7 @@ double coupled_energy(const ZoneFrame& frame) {
 void find_axis_forces(ZoneFrame& frame, const double* displacement, double* forces) {
   const ZoneSet& set = frame.set;
   memset(forces, 0, set.num_axes * sizeof *forces);
-  if (set.num_groups == 1) return;
+  if (set.num_groups <= 1) return;
   for (const ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
     find_boundary(frame, *group, displacement, frame.work.vector);
     for (uint32_t axis = 0; axis < set.num_axes; ++axis)
@@ -106,7 +106,7 @@ void find_axis_forces(ZoneFrame& frame, const double* displacement, double* forc
 void find_coupled_force(ZoneFrame& frame) {
   ZoneSet& set = frame.set;
   find_axis_forces(frame, set.displacement, set.coupled_force);
-  if (set.num_groups == 1) return;
+  if (set.num_groups <= 1) return;
   double change[kMostZoneAxes];
   find_change_since(set, change);
   for (uint32_t i = 0; i < set.num_axes; ++i)

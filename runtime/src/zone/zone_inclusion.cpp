@@ -108,10 +108,11 @@ void take_inclusion(const pal_pack& pack, ZoneState& state) {
       batches.patches[p].at_rest = batches.patches[p].pressure;
     group.has_balance = false;
     group.setbacks.elsewhere = 0;
+    if (is_new) continue;
     // A tangent of other tissue is as far off as one of tissue that has been strained as much.
     group.tangent.moved += change * pack.mean_surface_edge;
     group.tangent.moved_since += change * pack.mean_surface_edge;
-    if (!is_new) state.inclusion_energy += element_energy(set, group, pack, state.work.forces) - before;
+    state.inclusion_energy += element_energy(set, group, pack, state.work.forces) - before;
   }
 }
 

@@ -76,7 +76,7 @@ void drop_if_useless(const pal_pack& pack, ZoneState& state) {
   ZoneSet& set = state.active;
   ZoneCorrection& correction = set.correction;
   const ZoneFrame frame = frame_of(pack, state);
-  if (!correction.is_refined ||
+  if (!correction.is_refined || !has_exterior(set) ||
       (correction.failures < kMostFailures && !is_nearer_to_rest(frame, correction.followed_then)))
     return;
   change_correction(pack, state, [&](ZoneFrame&) { drop_correction(set); });
@@ -109,7 +109,7 @@ Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
     ++correction.failures;
   }
   if (!delivery.is_good || is_far) return Taken::rejected;
-  const bool begins = !correction.is_refined || !isfinite(correction.change);
+  const bool begins = has_exterior(set) && (!correction.is_refined || !isfinite(correction.change));
   state.has_jumped = state.has_jumped || begins;
   change_correction(pack, state, [&](ZoneFrame& now) {
     take_exterior(delivery, state);

@@ -29,16 +29,19 @@ bool turns(const ZoneGroup& group) {
 }
 
 // Whether the tangent explains most of Du. Other groups, an inclusion's change or an earlier residual cause the rest.
-bool tangent_explains_trend(const ZoneGroup& group) {
+bool tangent_explains_trend(const ZoneFrame& frame, const ZoneGroup& group) {
   constexpr double kMostElse = 0.5;
+  double* expected = frame.work.vector;
+  memset(expected, 0, group.unknowns * sizeof *expected);
+  for (uint32_t axis = 0; axis < group.num_axes; ++axis) {
+    const double* row = sensitivity(group, axis);
+    for (uint32_t i = 0; i < group.unknowns; ++i) expected[i] -= row[i] * group.trend.axes[axis];
+  }
   double largest = 0;
   double largest_else = 0;
   for (uint32_t i = 0; i < num_moving(group); ++i) {
-    double expected = 0;
-    for (uint32_t axis = 0; axis < group.num_axes; ++axis)
-      expected -= sensitivity(group, axis)[i] * group.trend.axes[axis];
-    largest = std::max(largest, fabs(expected));
-    largest_else = std::max(largest_else, fabs(group.trend.unknowns[i] - expected));
+    largest = std::max(largest, fabs(expected[i]));
+    largest_else = std::max(largest_else, fabs(group.trend.unknowns[i] - expected[i]));
   }
   return largest_else <= kMostElse * largest;
 }
@@ -233,7 +236,7 @@ void keep_trend(const ZoneFrame& frame, ZoneGroup& group) {
   for (uint32_t i = 0; i < group.num_axes; ++i)
     before[contact_axis(frame.set, group, i)] = group.trend.axes_began[i];
   find_change(frame.set, group, before, frame.set.followed, group.trend.axes);
-  group.trend.is_good = tangent_explains_trend(group);
+  group.trend.is_good = tangent_explains_trend(frame, group);
 }
 
 }  // namespace palpate

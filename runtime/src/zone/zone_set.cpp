@@ -1,5 +1,6 @@
 #include "runtime/src/zone/zone_set.hpp"
 
+#include <math.h>
 #include <string.h>
 
 #include <algorithm>
@@ -202,6 +203,17 @@ void find_axes_change(uint32_t num_contacts, uint32_t num_axes, const double* fr
   for (uint32_t i = 3 * num_contacts; i < num_axes; i += 3) find_turn_change(from + i, to + i, change + i);
 }
 
+namespace {
+
+// The group goes elsewhere. A tangent that the lane makes at present is not of that place.
+void leave_tangent(ZoneGroup& group) {
+  group.has_tangent = false;
+  group.trend.is_good = false;
+  group.tangent.moved_since = static_cast<double>(INFINITY);
+}
+
+}  // namespace
+
 void keep_balance(ZoneSet& set, ZoneGroup& group) {
   copy_place(set, group, place_now(set), set.balanced);
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
@@ -217,8 +229,7 @@ void go_back_to_balance(ZoneSet& set, ZoneGroup& group) {
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
     group.batches.patches[p].followed = group.batches.patches[p].balanced;
   group.stored = group.stored_in_balance;
-  group.has_tangent = false;
-  group.trend.is_good = false;
+  leave_tangent(group);
   group.setbacks.is_back = true;
 }
 
@@ -236,8 +247,7 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
     group.batches.patches[p].followed = group.batches.patches[p].at_rest;
   drop_correction(set);
   group.stored = 0;
-  group.has_tangent = false;
-  group.trend.is_good = false;
+  leave_tangent(group);
   group.setbacks.is_back = true;
   group.setbacks.failures = group.setbacks.astray = group.setbacks.late = group.setbacks.jammed = 0;
   group.setbacks.longest_step = kLongestStep;

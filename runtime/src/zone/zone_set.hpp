@@ -38,9 +38,9 @@ struct ZoneTangent {
   double* step;           // [unknowns] the last Newton step
   bool is_shifted;        // the tangent was made positive definite by a shift
   double moved;           // length that contacts and nodes have moved since its state
-  uint32_t age;           // frames since its state
+  uint32_t age;           // solves since the zone has moved from its state
   double moved_since;     // as `moved`, since the state of the last request to the refining lane
-  uint32_t age_since;     // as `age`
+  uint32_t age_since;     // solves since that request
   double left;            // part of the residual that the last Newton step left
 };
 
@@ -219,9 +219,6 @@ inline constexpr double kLongestStep = 0.5;
 
 // A shorter move, in mean surface edges, is none.
 inline constexpr double kStill = 1e-9;
-
-// The least det F of an accepted element. Full solves of crushed tissue reach 1e-3; Newton's iterates need more room.
-inline constexpr double kLeastJacobian = 1e-4;
 
 // Capacities of a set.
 struct ZoneRoom {

@@ -65,7 +65,10 @@ bool make_tangent(ZoneFrame& frame, ZoneGroup& group) {
     progress =
         advance_tangent(source, UINT64_MAX, group.tangent.factor, group.tangent.sensitivities, maker, spent);
   Tangent made = maker.shift > 0 ? Tangent::shifted : Tangent::sound;
-  if (progress == Progress::failed) made = Tangent::none;
+  if (progress == Progress::failed) {
+    made = Tangent::none;
+    if (maker.substituted == group.num_axes) frame.flags |= PAL_FLAG_NOT_FINITE;
+  }
   take_tangent(made, frame.set, group);
   group.tangent.moved = 0;
   group.tangent.age = 0;
@@ -83,11 +86,16 @@ void use_tangents(const TangentBuffers& buffers, const Tangent* made, ZoneSet& s
   }
 }
 
+void count_solve(const ZoneFrame& frame, ZoneGroup& group) {
+  const bool is_there = group.tangent.moved <= kSamePlace * frame.pack.max_displacement;
+  group.tangent.age = is_there ? 0 : group.tangent.age + 1;
+  ++group.tangent.age_since;
+}
+
 bool is_outdated(const ZoneFrame& frame, const ZoneGroup& group) {
   constexpr double kFar = 0.5;  // mean surface edges
-  const double edge = frame.pack.mean_surface_edge;
-  return group.tangent.moved > kFar * edge ||
-         (group.tangent.age + 1 >= PAL_ZONE_STIFFNESS_FRAMES && group.tangent.moved > kStill * edge);
+  return group.tangent.moved > kFar * frame.pack.mean_surface_edge ||
+         group.tangent.age + 1 >= PAL_ZONE_STIFFNESS_FRAMES;
 }
 
 double contraction(const ZoneFrame& frame, const ZoneGroup& group) {

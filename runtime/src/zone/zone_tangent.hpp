@@ -23,6 +23,12 @@ bool make_tangent(ZoneFrame& frame, ZoneGroup& group);
 // Points each group at its tangent. `made`: [num_groups].
 void use_tangents(const TangentBuffers& buffers, const Tangent* made, ZoneSet& set);
 
+// A zone that has moved less since the state of its tangent, of the scene's largest displacement, is still there.
+inline constexpr double kSamePlace = 1e-6;
+
+// Counts a solve.
+void count_solve(const ZoneFrame& frame, ZoneGroup& group);
+
 // Whether the zone has moved far since the tangent, or has moved and the lane has not handed over another one for long.
 bool is_outdated(const ZoneFrame& frame, const ZoneGroup& group);
 
