@@ -15,15 +15,15 @@
 //      E / W  while the tools move out, so that they end at E = 0,
 //      1      while the tools move in, no faster than a blend.
 //    `part` moves with energy, not with time: a tool that stands still feels a constant force.
-// 2. The output F, after blends, must leave the account enough for the next frame, whose step dx may be
-//    as long as that of this frame. Where it does not, a part s of F is played, and of the rest only what resists the motion:
+// 2. The output F, after blends, must leave the account enough for the next frame, whose step dx may be as long as that of
+//    this frame. Where it does not, a part s of F is played, and of the rest only what resists the motion:
 //      F_played = s F + (1 - s) max(0, F . dx) dx / |dx|^2
 //      s l = E + work_before / 2 + tolerance,    l = (r - w) / 2,   r = sum of |F| |dx|,   w = sum of F . dx
-//    with work_before the work of the last frame's forces along dx, and torques as forces. In an overdraft
-//    s = 0, and a tool that stands still has the dx of its last motion. The second term cannot give in
-//    the next step more than it has taken in this one, so the tools pay an overdraft back as they move.
-//    While contacts are in equilibrium and E covers W, forces are those of W, and only the step after next may turn:
-//    l = -w.
+//    with work_before the work of the last frame's forces along dx. Torques count as forces.
+//    - The second term cannot give in the next step more than it has taken in this one. So the tools pay an overdraft back
+//      as they move.
+//    - In an overdraft s = 0, and a tool that stands still has the dx of its last motion.
+//    - While contacts are in equilibrium and E covers W, forces are those of W, and l = -w is enough.
 //
 // No force can undo the work of the force before: a tool that suddenly goes much farther than in the last frame may
 // overdraw the account. The account keeps that overdraft until it is paid back; a surplus is lost where the tissue is at rest
