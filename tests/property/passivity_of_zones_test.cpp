@@ -115,7 +115,7 @@ TEST_F(PassivityOfZones, FastTapsAreWhole) {
 }
 
 // Three tools, two of them neighbours, on loops of many turns at up to a quarter of an edge a frame, or with a jump in
-// every frame. Nothing can undo the force before the first jump; what that gains, later turns pay back.
+// every frame. Nothing can undo the force before the first jump. Later turns pay back the energy that it gains.
 TEST_F(PassivityOfZones, LoopsOfManyTurnsGainNothing) {
   constexpr double kGain = 0.003;
   constexpr int kTurns = 100;

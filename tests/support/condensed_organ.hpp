@@ -55,7 +55,7 @@ struct CondensedOrgan {
     }
     std::fill_n(whole.roles, pack.organ.num_nodes, NodeRole::eliminated);
     mark_zone(zone_elements);
-    zone_of_lane.resize(num_lanes(elements));
+    zone_of_lane.resize(most_lanes(pack));
     list_zones(pack.organ, elements, is_zone_element.data(), zone_of_lane.data());
   }
 

@@ -13,13 +13,12 @@ constexpr size_t lower_place(size_t nodes, size_t row, size_t column) {
   return column * 3 * nodes - column * (column - 1) / 2 - column + row;
 }
 // A block of an element's stiffness, and where it goes in the lower triangle of a matrix.
-template <typename Number>
 struct Target {
-  Number* matrix;
+  float* matrix;
   uint32_t stride;
 
   void add(uint32_t row, uint32_t column, double value) const {
-    matrix[size_t{column} * stride + row] += static_cast<Number>(value);
+    matrix[size_t{column} * stride + row] += static_cast<float>(value);
   }
   // Of two nodes, to unknowns of their own.
   void add_block(const double block[3][3], uint32_t row, uint32_t column, double factor) const {
@@ -79,9 +78,8 @@ inline void take_moments(const double* row_arm, const double* column_arm, double
 }
 
 // The block of two nodes of an element, `row_node` and `column_node` its places, to all that moves them.
-template <typename Number>
-void scatter_block(const double block[3][3], int row_node, int column_node, const ZoneUnknowns& unknowns,
-                   const Target<Number>& target) {
+inline void scatter_block(const double block[3][3], int row_node, int column_node,
+                          const ZoneUnknowns& unknowns, const Target& target) {
   for_each_master(unknowns, row_node, [&](uint32_t row, double row_share, const double* row_arm) {
     for_each_master(unknowns, column_node,
                     [&](uint32_t column, double column_share, const double* column_arm) {
@@ -101,9 +99,8 @@ void scatter_block(const double block[3][3], int row_node, int column_node, cons
 }
 
 // An element at a node that contacts hold, or at a fixed one. `stiffness`: by lower_place().
-template <typename Number>
-void scatter_held(size_t nodes, const int* places, const Lanes* stiffness, int lane,
-                  const ZoneUnknowns& unknowns, const Target<Number>& target) {
+inline void scatter_held(size_t nodes, const int* places, const Lanes* stiffness, int lane,
+                         const ZoneUnknowns& unknowns, const Target& target) {
   for (size_t b = 0; b < nodes; ++b) {
     for (size_t a = b; a < nodes; ++a) {
       double block[3][3];
@@ -120,22 +117,21 @@ void scatter_held(size_t nodes, const int* places, const Lanes* stiffness, int l
   }
 }
 
-template <typename Number>
-void scatter_free(size_t nodes, const Lanes* stiffness, int lane, const uint32_t* first,
-                  const Target<Number>& target) {
+inline void scatter_free(size_t nodes, const Lanes* stiffness, int lane, const uint32_t* first,
+                         const Target& target) {
   for (size_t b = 0; b < nodes; ++b) {
     for (size_t k = 0; k < 3; ++k) {
       const size_t column = 3 * b + k;
       const Lanes* entries = stiffness + lower_place(nodes, 0, column);
-      Number* to = target.matrix + size_t{first[b] + static_cast<uint32_t>(k)} * target.stride;
-      for (size_t i = k; i < 3; ++i) to[first[b] + i] += static_cast<Number>(entries[3 * b + i][lane]);
+      float* to = target.matrix + size_t{first[b] + static_cast<uint32_t>(k)} * target.stride;
+      for (size_t i = k; i < 3; ++i) to[first[b] + i] += static_cast<float>(entries[3 * b + i][lane]);
       for (size_t a = b + 1; a < nodes; ++a) {
         if (first[a] > first[b]) {
-          for (size_t i = 0; i < 3; ++i) to[first[a] + i] += static_cast<Number>(entries[3 * a + i][lane]);
+          for (size_t i = 0; i < 3; ++i) to[first[a] + i] += static_cast<float>(entries[3 * a + i][lane]);
         } else {
           for (size_t i = 0; i < 3; ++i)
             target.matrix[size_t{first[a] + static_cast<uint32_t>(i)} * target.stride + first[b] + k] +=
-                static_cast<Number>(entries[3 * a + i][lane]);
+                static_cast<float>(entries[3 * a + i][lane]);
         }
       }
     }
@@ -143,9 +139,8 @@ void scatter_free(size_t nodes, const Lanes* stiffness, int lane, const uint32_t
 }
 
 // An element, `places` its nodes.
-template <typename Number>
-void scatter_stiffness(size_t nodes, const int* places, const Lanes* stiffness, int lane,
-                       const ZoneUnknowns& unknowns, const Target<Number>& target) {
+inline void scatter_stiffness(size_t nodes, const int* places, const Lanes* stiffness, int lane,
+                              const ZoneUnknowns& unknowns, const Target& target) {
   uint32_t first[kMostElementNodes];
   bool free = true;
   for (size_t a = 0; a < nodes; ++a) {

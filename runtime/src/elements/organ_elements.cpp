@@ -109,10 +109,6 @@ uint32_t most_lanes(const pal_pack& pack) {
   return kLanes * (batches.linear + batches.quadratic);
 }
 
-uint32_t num_lanes(const OrganElements& elements) {
-  return kLanes * (elements.all.num_linear + elements.all.num_quadratic);
-}
-
 void list_zones(const OrganView& organ, const OrganElements& elements, const uint8_t* zone_of_element,
                 uint8_t* zone_of_lane) {
   for (uint32_t f = 0; f < organ.num_fronts; ++f) {

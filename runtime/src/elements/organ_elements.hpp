@@ -18,17 +18,14 @@ void carve_organ_elements(const pal_pack& pack, Arena& arena, OrganElements& ele
 // Computes the shapes of all elements. Returns false if an element is inverted in the mesh.
 bool fill_organ_elements(const pal_pack& pack, OrganElements& elements);
 
-// The most that num_lanes() can be.
+// At least as many as all batches have lanes. The linear ones come first.
 uint32_t most_lanes(const pal_pack& pack);
 
-// Lanes of all batches: the linear ones first.
-uint32_t num_lanes(const OrganElements& elements);
-
-// The number of the zone that holds each element, by lanes: 0 is the exterior. zone_of_lane: [num_lanes()].
+// Lists the number of the zone that holds each element, by lanes: 0 is the exterior. zone_of_lane: [most_lanes()].
 void list_zones(const OrganView& organ, const OrganElements& elements, const uint8_t* zone_of_element,
                 uint8_t* zone_of_lane);
 
-// The batches of one front, with the elements of one zone. `zone_of_lane`: [num_lanes()], or null for all elements.
+// The batches of one front, with the elements of one zone. `zone_of_lane`: [most_lanes()], or null for all elements.
 ZoneBatches batches_of_front(const OrganElements& elements, const uint8_t* zone_of_lane, uint8_t zone,
                              uint32_t front);
 

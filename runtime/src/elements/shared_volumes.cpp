@@ -155,9 +155,8 @@ double share_volumes(const ZoneBatches& batches, const double* displacement) {
   return energy;
 }
 
-template <typename Number>
 void add_dyads(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
-               const Target<Number>& target) {
+               const Target& target) {
   for (uint32_t p = batches.first_patch; p < batches.first_patch + batches.num_patches; ++p) {
     if (is_left_out(batches, p)) continue;
     PatchGradient gradient;
@@ -177,9 +176,6 @@ void add_dyads(const ZoneBatches& batches, const double* displacement, const Zon
     }
   }
 }
-
-template void add_dyads(const ZoneBatches&, const double*, const ZoneUnknowns&, const Target<double>&);
-template void add_dyads(const ZoneBatches&, const double*, const ZoneUnknowns&, const Target<float>&);
 
 void settle_pressures(const ZoneBatches& batches, const double* displacement) {
   share_volumes(batches, displacement);

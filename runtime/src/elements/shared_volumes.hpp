@@ -9,8 +9,7 @@ namespace palpate {
 double share_volumes(const ZoneBatches& batches, const double* displacement);
 
 // Adds U'' / V  G G^T of each patch, after share_volumes().
-template <typename Number>
 void add_dyads(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
-               const Target<Number>& target);
+               const Target& target);
 
 }  // namespace palpate

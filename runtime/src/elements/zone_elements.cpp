@@ -125,10 +125,10 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneP
   }
 }
 
-template <int kNodes, typename Number>
+template <int kNodes>
 void add_stiffness_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZonePatch* patches,
                       const ZoneBatches::Kept& kept, const double* displacement, const ZoneUnknowns& unknowns,
-                      const Target<Number>& target) {
+                      const Target& target) {
   const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
   for (uint32_t n = 0; n < count; ++n) {
     if (!kept.holds_any(n)) continue;
@@ -208,10 +208,9 @@ uint64_t stiffness_operations(const ZoneBatches& batches) {
   return kLinear * kLanes * batches_of_four;
 }
 
-template <typename Number>
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
-                        Number* matrix, uint32_t stride) {
-  const Target<Number> target = {matrix, stride};
+                        float* matrix, uint32_t stride) {
+  const Target target = {matrix, stride};
   share_volumes(batches, displacement);
   add_stiffness_of(batches.linear, batches.num_linear, batches.patches, batches.kept_linear, displacement,
                    unknowns, target);
@@ -219,8 +218,5 @@ void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, 
                    displacement, unknowns, target);
   add_dyads(batches, displacement, unknowns, target);
 }
-
-template void add_zone_stiffness(const ZoneBatches&, const double*, const ZoneUnknowns&, double*, uint32_t);
-template void add_zone_stiffness(const ZoneBatches&, const double*, const ZoneUnknowns&, float*, uint32_t);
 
 }  // namespace palpate

@@ -154,9 +154,8 @@ void follow_pressures(const ZoneBatches& batches, const double* from, const doub
 // ZonePatch::followed of patches in balance.
 void settle_pressures(const ZoneBatches& batches, const double* displacement);
 
-// Adds the tangent stiffness to the lower triangle of a column-major matrix of doubles or floats.
-template <typename Number>
+// Adds the tangent stiffness to the lower triangle of a column-major matrix.
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,
-                        Number* matrix, uint32_t stride);
+                        float* matrix, uint32_t stride);
 
 }  // namespace palpate

@@ -104,7 +104,7 @@ struct Exterior {
   const EliminationKernel& kernel;
   const uint32_t* front_of;
   const OrganElements& elements;
-  const uint8_t* zone_of_lane;  // [num_lanes()] elements of zones (organ_elements.hpp); null: none
+  const uint8_t* zone_of_lane;  // [most_lanes()] elements of zones (organ_elements.hpp); null: none
   const double* displacement;
 };
 

@@ -2,26 +2,11 @@
 // displacements of a request. No frame is slowed by them.
 #pragma once
 
-#include "runtime/src/elements/organ_elements.hpp"
+#include "runtime/src/refining/zone_outline.hpp"
 #include "runtime/src/zone/tangent_maker.hpp"
 #include "runtime/src/zone/zone_tangent.hpp"
 
 namespace palpate {
-
-// The set that the lane has prepared last, by the nodes of the organ.
-struct ZoneOutline {
-  uint64_t set;  // ZoneCorrection::number; 0: none
-  uint32_t num_nodes;
-  uint32_t* nodes;     // [ZoneRoom::nodes]
-  uint32_t* place_of;  // [num_nodes of the organ] the place of a node in `nodes`
-  uint32_t num_groups;
-  GroupLayout groups[kMostZoneContacts];  // their boundaries are one after the other in Condensation::kept
-  size_t exterior_size;
-  uint8_t* zone_of_lane;  // [lanes] (organ_elements.hpp): 1 + the number of the group
-  // Of the set, whose frames do not change them
-  const uint32_t* unknown_of;
-  const uint32_t* first_master;
-};
 
 struct GroupTangents {
   uint32_t group;

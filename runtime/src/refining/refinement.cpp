@@ -51,50 +51,15 @@ bool begin_at_rest(const pal_pack& pack, const EliminationKernel& kernel, Refine
   return begin_condensation_at_rest(pack, kernel, of);
 }
 
-// The outline of the prepared set. Boundary nodes are kept; the other nodes of the zone are absent.
-bool list_outline(const pal_pack& pack, Refinement& of) {
-  const ZoneSet& set = of.preparation.set;
-  const OrganView& organ = pack.organ;
-  ZoneOutline& outline = of.outline;
-  std::fill_n(of.own.roles, organ.num_nodes, NodeRole::eliminated);
-  outline.set = of.mailbox.request.next_set;
-  outline.num_nodes = set.num_nodes;
-  for (uint32_t i = 0; i < set.num_nodes; ++i) {
-    outline.nodes[i] = organ.of_zone_node[set.nodes[i]];
-    outline.place_of[outline.nodes[i]] = i;
-    of.own.roles[outline.nodes[i]] = NodeRole::absent;
-  }
-  outline.num_groups = set.num_groups;
-  outline.exterior_size = exterior_size(set);
-  of.own.num_kept = 0;
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    const ZoneGroup& group = set.groups[g];
-    outline.groups[g] = group;
-    if (of.own.num_kept + group.num_boundary > of.own.room.kept) return false;
-    for (uint32_t b = first_boundary(group); b < first_boundary(group) + group.num_boundary; ++b) {
-      of.own.kept[of.own.num_kept++] = outline.nodes[b];
-      of.own.roles[outline.nodes[b]] = NodeRole::kept;
-    }
-  }
-  outline.unknown_of = set.unknown_of;
-  outline.first_master = set.first_master;
-  memset(of.zone_of_element, 0, organ.num_elements * sizeof *of.zone_of_element);
-  const uint32_t* element = set.elements;
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    for (const uint32_t* end = element + set.groups[g].num_elements; element < end; ++element)
-      of.zone_of_element[organ.of_zone_element[*element]] = static_cast<uint8_t>(g + 1);
-  }
-  list_zones(organ, of.elements, of.zone_of_element, outline.zone_of_lane);
-  return true;
-}
-
 // Places the prepared set where the organ is, and condenses the exterior at rest. The exterior stays where it is, unless the
 // organ was at rest.
 bool begin_exterior(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
   const size_t bytes = size_t{3} * pack.organ.num_nodes * sizeof *of.zone;
   memcpy(of.zone, of.has_followed ? of.exterior.displacement : of.rest, bytes);
   if (!place_set(pack, of.zone, of.preparation)) of.has_followed = false;
-  if (!list_outline(pack, of) || !begin_at_rest(pack, kernel, of)) return false;
+  if (!list_outline(pack, of.preparation.set, of.mailbox.request.next_set, of.elements, of.own, of.outline) ||
+      !begin_at_rest(pack, kernel, of))
+    return false;
   if (of.has_followed) memcpy(of.exterior.displacement, of.zone, bytes);
   return true;
 }
@@ -377,12 +342,9 @@ void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, 
   const size_t numbers = size_t{3} * pack.organ.num_nodes;
   carve_acceleration(numbers, arena, refinement.acceleration);
   carve_field_response(pack, room, arena, refinement.response);
-  refinement.outline.nodes = arena.take<uint32_t>(room.nodes);
-  refinement.outline.place_of = arena.take<uint32_t>(pack.organ.num_nodes);
-  refinement.outline.zone_of_lane = arena.take<uint8_t>(most_lanes(pack));
+  carve_outline(pack, room, arena, refinement.outline);
   refinement.rest = arena.take<double>(numbers);
   refinement.zone = arena.take<double>(numbers);
-  refinement.zone_of_element = arena.take<uint8_t>(pack.organ.num_elements);
   refinement.blocks = arena.take<float>(room.exterior);
   for (double** vector : {&refinement.moved, &refinement.forces})
     *vector = arena.take<double>(symmetric_stride(3 * kept));

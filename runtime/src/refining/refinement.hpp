@@ -59,12 +59,11 @@ struct Refinement {
   FieldResponse response;
   GroupTangents tangents;
   ZoneOutline outline;
-  double* rest;              // [num_nodes][3] from the mesh
-  double* zone;              // [num_nodes][3] the request's displacements, and at rest elsewhere
-  uint8_t* zone_of_element;  // [num_elements] scratch
-  float* blocks;             // [ZoneRoom::exterior] S of all groups, of `own` (exterior_size())
-  double* moved;             // [stride of the boundary] scratch
-  double* forces;            // [stride of the boundary] scratch
+  double* rest;    // [num_nodes][3] from the mesh
+  double* zone;    // [num_nodes][3] the request's displacements, and at rest elsewhere
+  float* blocks;   // [ZoneRoom::exterior] S of all groups, of `own` (exterior_size())
+  double* moved;   // [stride of the boundary] scratch
+  double* forces;  // [stride of the boundary] scratch
   enum class Phase : uint32_t {
     begin,
     whole,

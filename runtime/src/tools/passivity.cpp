@@ -38,7 +38,8 @@ double most_work_of(const Motion& motion, const Wrench& wrench) {
          sqrt(dot(wrench.v + 3, wrench.v + 3) * dot(motion.turn, motion.turn));
 }
 
-// Leaves a part of a force or torque, and of the rest what resists the motion. Without a motion leaves all of it.
+// Multiplies a force or torque by `part`, and adds the component of the remainder that resists the motion. Does nothing
+// without a motion.
 void play_part(double part, const double motion[3], double force[3]) {
   const double along = dot(force, motion);
   const double square = dot(motion, motion);
@@ -101,7 +102,7 @@ bool takes_strained(ToolStates& states) {
 }
 
 // What has come to the stored energy otherwise than by the work of the tools, whose work in this frame is `work`:
-// - by gravity and inclusions. Where the tools move meanwhile, what is theirs is what a device sees;
+// - by gravity and inclusions; a motion of the tools in the same frame counts by the played forces alone;
 // - by contacts that were held under strain.
 // When the response changes, the account counts only the work of the tools.
 double brought_energy(const TissueState& tissue, ToolStates& states, double work) {
@@ -200,7 +201,7 @@ void end_account(ToolStates& states) {
   const double step = 0.5 * (passivity.work + work_of_all(states));
   if (!isfinite(step)) return;
   passivity.account += step;
-  // What strained contacts bring out of equilibrium is no measure of what the tools have put in.
+  // The energy of strained contacts out of equilibrium is no measure of the work that tools have put in.
   const double most = passivity.is_settled ? passivity.account : passivity.peak + larger_of(0, step);
   passivity.peak = larger_of(passivity.peak, passivity.account < most ? passivity.account : most);
   if (!passivity.is_settled || passivity.stored > kRest * passivity.peak) return;

@@ -16,7 +16,8 @@
 //      1      while the tools move in, no faster than a blend.
 //    `part` moves with energy, not with time: a tool that stands still feels a constant force.
 // 2. The output F, after blends, must leave the account enough for the next frame, whose step dx may be as long as that of
-//    this frame. Where it does not, a part s of F is played, and of the rest only what resists the motion:
+//    this frame. Where it does not, the session plays a part s of F, and the component of the remainder that resists the
+//    motion:
 //      F_played = s F + (1 - s) max(0, F . dx) dx / |dx|^2
 //      s l = E + work_before / 2 + tolerance,    l = (r - w) / 2,   r = sum of |F| |dx|,   w = sum of F . dx
 //    with work_before the work of the last frame's forces along dx. Torques count as forces.

@@ -39,7 +39,7 @@ struct TangentSource {
 };
 
 // Goes on for about so many multiply-adds in all. `matrix`: [size rounded to columns][stride]; `rows`: [num_axes][unknowns].
-// Fails where K_uu is not positive definite with any shift, or what contacts feel is not finite.
+// Fails where K_uu is not positive definite with any shift, or the stiffness of the contacts is not finite.
 Progress advance_tangent(const TangentSource& source, uint64_t operations, float* matrix, double* rows,
                          TangentMaker& maker, uint64_t& spent);
 

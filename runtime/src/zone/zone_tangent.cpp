@@ -32,7 +32,7 @@ uint32_t moving_axes_of(const void* elements, uint32_t node) {
   return moving_axes(frame.pack, frame.set, group.first_node + node);
 }
 
-// The tangent is in its place; takes what it says of the contacts.
+// Takes the contacts' stiffness from the tangent, which is in its place.
 void take_tangent(Tangent made, ZoneSet& set, ZoneGroup& group) {
   group.has_tangent = made != Tangent::none;
   group.tangent.is_shifted = made == Tangent::shifted;

@@ -5,8 +5,8 @@
 // part by which the stiffness has changed since. A frame makes a tangent itself only where there is none, where that part
 // is too large, or where no delivery has come for PAL_ZONE_STIFFNESS_FRAMES frames.
 //
-// r_c - X L^-1 r_u is the force on a contact once u is corrected to first order. ZoneSet::turning has what the nodes' own
-// forces add to d torque / dw as their arms turn.
+// r_c - X L^-1 r_u is the force on a contact once u is corrected to first order. ZoneSet::turning is the part of
+// d torque / dw by which the nodes' forces act on arms that turn.
 #pragma once
 
 #include "runtime/src/zone/zone_balance.hpp"
