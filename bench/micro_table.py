@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The table of a report from palpate_bench_kernels: each kernel beside a memcpy of the bytes that it reads.
+"""The table of `./dev report` from palpate_bench_kernels: each kernel beside a memcpy of the bytes that it reads.
 
 The memcpy is the bound that memory sets.
 

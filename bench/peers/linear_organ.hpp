@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "bench/peers/back_solve.hpp"
 #include "bench/peers/frame_times.hpp"
 #include "offline/pack/pack_writer.hpp"
 #include "offline/precompute/linear_dd.hpp"
-#include "offline/study/back_solve.hpp"
 
 namespace palpate::peers {
 

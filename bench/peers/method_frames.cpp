@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "offline/study/fixed_tensor.hpp"
-#include "offline/study/localized_cg.hpp"
+#include "bench/peers/fixed_tensor.hpp"
+#include "bench/peers/localized_cg.hpp"
 
 namespace palpate::peers {
 namespace {

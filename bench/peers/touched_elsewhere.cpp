@@ -3,10 +3,10 @@
 // - (b) EPFE takes the blocks of T from the inverse stiffness;
 // - (c) eq. (25) moves the tensor of S to T, in the direction of its construction.
 #include "bench/peers/elsewhere_picture.hpp"
+#include "bench/peers/fixed_tensor.hpp"
 #include "bench/peers/peers.hpp"
 #include "bench/peers/site_sets.hpp"
 #include "offline/precompute/affine_site.hpp"
-#include "offline/study/fixed_tensor.hpp"
 
 namespace palpate::peers {
 namespace {

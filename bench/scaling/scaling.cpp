@@ -132,7 +132,7 @@ FrameTimes time_frames_of(const OpenedPack& opened, pal_model model, int contact
                           double seconds) {
   std::vector<std::uint32_t> sites(static_cast<size_t>(contacts));
   std::iota(sites.begin(), sites.end(), 0u);
-  MethodTimer timer(opened, model, static_cast<std::uint32_t>(rings), 0, {sites}, 1);
+  MethodTimer timer(opened, model, static_cast<std::uint32_t>(rings), {sites}, 1);
   timer.time_round(seconds, 100000);
   MethodRow row;
   timer.summarise(row);

@@ -1,17 +1,16 @@
 // Speed and error of Bullet's deformable body, a peer that Debian packages, at the pushes of `palpate report`.
 // Mesh and small-strain moduli are the same.
 //
-//   palpate_study_bullet SCENE.toml OUT.csv [SEED]     writes OUT.csv, for `palpate report --methods`, and OUT.txt
+//   palpate_study_bullet SCENE.toml OUT.csv [SEED]     writes OUT.csv, for accuracy_tables.py
 //
 // Pushes are the first pushes of each |d| in the report of this scene and seed. The tool comes straight from
-// rest in as many frames as a moving zone's, each timed alone: the first row. Then the body settles: the
-// second row. A push without a finite, settled answer counts as diverged, with the error of a zero answer.
+// rest in 50 frames, each timed alone: the first row. Then the body settles: the second row. A push without a
+// finite, settled answer counts as diverged, with the error of a zero answer.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <stdexcept>
@@ -25,7 +24,6 @@
 #include "offline/output/finished_file.hpp"
 #include "offline/output/progress_bar.hpp"
 #include "offline/pipeline/scene_sites.hpp"
-#include "offline/report/csv_tables.hpp"
 #include "offline/study/method_timing.hpp"
 #include "offline/study/report_effort.hpp"
 #include "offline/study/report_rows.hpp"
@@ -113,7 +111,13 @@ Answers push(const Organ& organ, const std::vector<LinearContact>& contacts, dou
   return answers;
 }
 
-// The record of a run, for OUT.txt.
+// A row of OUT.csv.
+struct BulletRow {
+  MethodRow method;
+  int diverged = 0;  // pushes among method.pushes
+};
+
+// The record of a run.
 struct Course {
   int pushes = 0;
   int diverged = 0;
@@ -124,7 +128,7 @@ struct Course {
 };
 
 // Two rows: at arrival, and after settling.
-std::vector<MethodRow> rows_of(const Organ& organ, const LevelTruths& level, int contacts, Course& course,
+std::vector<BulletRow> rows_of(const Organ& organ, const LevelTruths& level, int contacts, Course& course,
                                const std::function<void()>& progress) {
   std::vector<MeasuredPush> arrived;
   std::vector<MeasuredPush> settled;
@@ -153,14 +157,12 @@ std::vector<MethodRow> rows_of(const Organ& organ, const LevelTruths& level, int
     course.inverted += answers.smallest_jacobian <= 0 ? 1 : 0;
   }
   course.diverged += diverged;
-  const std::string name = "Bullet " + BulletBody::version();
-  std::vector<MethodRow> rows = {
-      method_row({MethodKind::elsewhere, name + ", as it moves", false}, contacts, level, arrived),
-      method_row({MethodKind::elsewhere, name + ", settled", false}, contacts, level, settled)};
-  rows[0].diverged = diverged_on_the_way;
-  rows[1].diverged = diverged;
   if (nanoseconds.empty()) return {};
-  for (MethodRow& row : rows) row.haptic = summary_of(nanoseconds, medians);
+  const std::string name = "Bullet " + BulletBody::version();
+  std::vector<BulletRow> rows = {
+      {method_row(name + ", as it moves", contacts, level, arrived), diverged_on_the_way},
+      {method_row(name + ", settled", contacts, level, settled), diverged}};
+  for (BulletRow& row : rows) row.method.haptic = summary_of(nanoseconds, medians);
   return rows;
 }
 
@@ -174,7 +176,21 @@ std::vector<LevelTruths> solve(const Organ& organ, std::vector<LevelSets> levels
   return solved;
 }
 
-std::string caption(const Course& course, const std::string& pushes) {
+// Errors are fractions, not percent; times are microseconds.
+std::string csv_of(const std::vector<BulletRow>& rows) {
+  std::string text =
+      "method,contacts,part_of_max,pushes,diverged,displacement_p95,displacement_max,force_p95,force_max,"
+      "haptic_median_us,haptic_p999_us,haptic_max_us\n";
+  for (const auto& [row, diverged] : rows) {
+    text +=
+        fmt::format("\"{}\",{},{:g},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.4g},{:.4g},{:.4g}\n", row.name,
+                    row.contacts, row.part, row.pushes, diverged, row.displacement.p95, row.displacement.max,
+                    row.force.p95, row.force.max, row.haptic.median, row.haptic.p999, row.haptic.max);
+  }
+  return text;
+}
+
+std::string summary(const Course& course, const std::string& pushes) {
   std::string settling = "never settled";
   if (!course.frames_to_settle.empty()) {
     const auto [least, most] =
@@ -186,7 +202,7 @@ std::string caption(const Course& course, const std::string& pushes) {
         *least, *most, 100 * kSettled, 100 * course.imbalance);
   }
   return fmt::format(
-      "Bullet {} (+): its deformable body on the same mesh, a step of backward Euler in each frame, which "
+      "Bullet {}: its deformable body on the same mesh, a step of backward Euler in each frame, which "
       "makes the field "
       "too, in single precision, with its own stable neo-Hookean law of the same moduli at small strain; as "
       "the tool "
@@ -226,11 +242,7 @@ void study(const std::filesystem::path& scene, const std::filesystem::path& out,
   std::erase_if(several, [](const LevelSets& level) { return level.part != kPartOfSeveral; });
   const std::vector<LevelTruths> levels_of_several = solve(organ, several, kPushesOfSeveral);
 
-  OrganReport report;
-  report.max_displacement = organ.scene.max_displacement;
-  report.mean_edge = organ.sites.mean_surface_edge;
-  const double thickness = median_thickness(organ);
-  report.thickness = std::isfinite(thickness) ? thickness : 0;
+  std::vector<BulletRow> rows;
   size_t pushes = 0;
   for (const auto* some : {&levels, &levels_of_several}) {
     for (const LevelTruths& level : *some) pushes += level.truths.size();
@@ -240,21 +252,17 @@ void study(const std::filesystem::path& scene, const std::filesystem::path& out,
     ProgressBar bar("Bullet", static_cast<int>(pushes));
     int done = 0;
     const auto add = [&](const LevelTruths& level, int of_contacts) {
-      for (MethodRow& row : rows_of(organ, level, of_contacts, course, [&] { bar.show(done++); }))
-        report.methods.push_back(std::move(row));
+      for (BulletRow& row : rows_of(organ, level, of_contacts, course, [&] { bar.show(done++); }))
+        rows.push_back(std::move(row));
     };
     for (const LevelTruths& level : levels) add(level, 1);
     for (const LevelTruths& level : levels_of_several) add(level, contacts);
   }
-  write_finished_text(out, methods_csv(report));
-  std::filesystem::path text = out;
-  text.replace_extension(".txt");
+  write_finished_text(out, csv_of(rows));
   std::string which = fmt::format("the first {} pushes of each |d| (seed {})", pushes_of(organ.model), seed);
   if (!levels_of_several.empty())
     which += fmt::format(" and the first {} of {} contacts", kPushesOfSeveral, contacts);
-  const std::string said = caption(course, which);
-  write_finished_text(text, said);
-  fmt::print("{}\n", said);
+  fmt::print("{}\n", summary(course, which));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // palpate report: writes a page that plots speed against error.
 #include <fmt/chrono.h>
 #include <fmt/core.h>
-#include <fmt/ranges.h>
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
@@ -25,9 +24,7 @@
 #include "offline/pipeline/scene_sites.hpp"
 #include "offline/report/gnuplot.hpp"
 #include "offline/report/html_page.hpp"
-#include "offline/report/methods_elsewhere.hpp"
 #include "offline/report/organ_section.hpp"
-#include "offline/study/compared_methods.hpp"
 #include "offline/study/frame_timing.hpp"
 #include "offline/study/organ_report.hpp"
 
@@ -37,8 +34,6 @@ namespace {
 struct ReportArguments {
   std::filesystem::path include_root;  // of read_inp()
   std::vector<std::filesystem::path> organs;
-  std::vector<std::string> tables;   // TITLE=FILE.csv
-  std::vector<std::string> methods;  // ORGAN=FILE.csv
   std::filesystem::path folder;
   bool quick = false;
   int jobs = 1;
@@ -88,38 +83,12 @@ std::string name_for(const std::filesystem::path& organ, std::set<std::string>& 
   return name;
 }
 
-IncludedTable read_table(const std::string& argument) {
-  const size_t equals = argument.find('=');
-  if (equals == 0 || equals == std::string::npos || equals + 1 == argument.size())
-    throw std::runtime_error("--table " + argument + ": not TITLE=FILE.csv");
-  return read_included_table(argument.substr(0, equals), argument.substr(equals + 1));
-}
-
-// Collects the methods of each organ from all files that the arguments name for the organ.
-std::vector<std::vector<MethodsElsewhere>> read_methods(const std::vector<std::string>& arguments,
-                                                        const std::vector<std::string>& organs) {
-  std::vector<std::vector<MethodsElsewhere>> of_organs(organs.size());
-  for (const std::string& argument : arguments) {
-    const size_t equals = argument.find('=');
-    if (equals == 0 || equals == std::string::npos || equals + 1 == argument.size())
-      throw std::runtime_error("--methods " + argument + ": not ORGAN=FILE.csv");
-    const auto organ = std::find(organs.begin(), organs.end(), argument.substr(0, equals));
-    if (organ == organs.end()) {
-      throw std::runtime_error(fmt::format("--methods {}: this report has no such organ, but {}", argument,
-                                           fmt::join(organs, ", ")));
-    }
-    of_organs[static_cast<size_t>(organ - organs.begin())].push_back(
-        read_methods_elsewhere(argument.substr(equals + 1)));
-  }
-  return of_organs;
-}
-
 OrganReport report_on_pack(const std::filesystem::path& file, const ReportArguments& arguments,
                            const ReportEffort& effort, const std::filesystem::path& map) {
   const OpenedPack opened(file);
   const Organ organ(read_carried_scene(opened, file));
   check_same_sites(opened, organ, file);
-  return measure_organ(opened, organ, nullptr, effort, arguments.seed, arguments.jobs, map);
+  return measure_organ(opened, organ, effort, arguments.seed, arguments.jobs, map);
 }
 
 // Packs the scene with a limited number of sites, then measures the pack. The limit bounds the report's time.
@@ -139,7 +108,7 @@ OrganReport report_on_scene(const std::filesystem::path& file, const ReportArgum
   const std::unique_ptr<PackBuild> build =
       build_pack({organ.assembly, organ.scene, organ.sites, organ.rest, plan, &store}, std::move(inputs));
   const OpenedPack opened(*build->bytes);
-  OrganReport report = measure_organ(opened, organ, &store, effort, arguments.seed, arguments.jobs, map);
+  OrganReport report = measure_organ(opened, organ, effort, arguments.seed, arguments.jobs, map);
   if (organ.sites.sites.size() < all_sites) {
     report.notes.push_back(fmt::format("Packed for this report at {} of the scene's {} sites.",
                                        organ.sites.sites.size(), all_sites));
@@ -149,11 +118,7 @@ OrganReport report_on_scene(const std::filesystem::path& file, const ReportArgum
 
 // Throws where an input lies among the results, which replace files.
 void check_inputs_lie_elsewhere(const ReportArguments& arguments) {
-  std::vector<std::filesystem::path> inputs = arguments.organs;
-  for (const std::vector<std::string>* named : {&arguments.tables, &arguments.methods}) {
-    for (const std::string& argument : *named) inputs.emplace_back(argument.substr(argument.find('=') + 1));
-  }
-  for (const std::filesystem::path& input : inputs) {
+  for (const std::filesystem::path& input : arguments.organs) {
     std::error_code absent;
     if (std::filesystem::equivalent(std::filesystem::absolute(input).parent_path(), arguments.folder, absent))
       throw std::runtime_error(input.string() +
@@ -194,17 +159,6 @@ int run_report(const ReportArguments& arguments) {
   const ReportEffort effort = arguments.quick ? ReportEffort::quick() : ReportEffort();
 
   Report report;
-  std::set<std::string> names;
-  for (const std::string& argument : arguments.tables) {
-    report.tables.push_back(read_table(argument));
-    if (!names.insert(report.tables.back().name).second)
-      throw std::runtime_error("--table " + argument +
-                               ": another table's file has that name; rename one of them");
-  }
-  std::vector<std::string> organ_names;
-  organ_names.reserve(organs.size());
-  for (const std::filesystem::path& file : organs) organ_names.push_back(name_for(file, names));
-  const std::vector<std::vector<MethodsElsewhere>> elsewhere = read_methods(arguments.methods, organ_names);
   report.processor = processor_name();
   report.cores = std::thread::hardware_concurrency();
   report.compiler = PALPATE_COMPILER;
@@ -214,19 +168,16 @@ int run_report(const ReportArguments& arguments) {
   report.date = fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(std::time(nullptr)));
   report.command = "palpate report";
   for (const std::filesystem::path& organ : arguments.organs) report.command += " " + organ.string();
-  for (const std::string& argument : arguments.tables) report.command += " --table '" + argument + "'";
-  for (const std::string& argument : arguments.methods) report.command += " --methods '" + argument + "'";
   report.command += fmt::format(" -o {}{} --jobs {} --seed {}", arguments.folder.string(),
                                 arguments.quick ? " --quick" : "", arguments.jobs, arguments.seed);
   report.seed = arguments.seed;
   report.quick = arguments.quick;
-  for (size_t i = 0; i < organs.size(); ++i) {
-    const std::filesystem::path& file = organs[i];
-    const std::string& name = organ_names[i];
+  std::set<std::string> names;
+  for (const std::filesystem::path& file : organs) {
+    const std::string name = name_for(file, names);
     const std::filesystem::path map = arguments.folder / (name + "_error_map.png");
     OrganReport organ = file.extension() == ".toml" ? report_on_scene(file, arguments, effort, map, name)
                                                     : report_on_pack(file, arguments, effort, map);
-    for (const MethodsElsewhere& some : elsewhere[i]) add_methods_elsewhere(some, organ);
     organ.name = name;
     organ.title = file.stem().string();
     organ.source = file.string();
@@ -251,44 +202,20 @@ int run_report(const ReportArguments& arguments) {
 void add_report_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ReportArguments>();
   CLI::App* command =
-      app.add_subcommand("report", "Speed against error, over methods and settings, as a page with plots");
+      app.add_subcommand("report", "Speed against error of a pack's models, as a page with plots");
   command->footer(
-      "Measures each pack, or scene, which it packs first, at pushes that its builder has not seen, against "
-      "full\n"
-      "nonlinear solves: errors of every model and of other settings, whether the runtime's estimates cover "
-      "them,\n"
-      "microseconds of their frames, warm and cold. Writes DIR/index.html, which needs nothing beside it, "
-      "its plots and\n"
-      "their numbers as CSV. Without a scene or a pack: the scenes that Palpate ships, where this program "
-      "lies in its\n"
-      "source tree. The same pack and seed give the same errors to the digit. Exit code 2 where a model is "
-      "not as good\n"
-      "as its pack says, judged as `palpate validate` does. Needs gnuplot (Debian: gnuplot-nox).\n\n"
+      "Measures each pack, or scene, which it packs first, at pushes that its builder has not seen,\n"
+      "against full nonlinear solves: errors of every model, whether the runtime's estimates cover them,\n"
+      "times of frames, warm and cold, beside those of full Newton. Writes DIR/index.html, which needs\n"
+      "nothing beside it, its plots and their numbers as CSV. Without a scene or a pack: the scenes that\n"
+      "Palpate ships, where this program lies in its source tree. The same pack and seed give the same\n"
+      "errors to the digit. Exit code 2 where a model is not as good as its pack says, judged as `palpate\n"
+      "validate` does. Needs gnuplot (Debian: gnuplot-nox).\n\n"
       "Example: palpate report brain.pack -o report\n"
-      "         palpate report organ.toml -o report --quick\n"
-      "         palpate report brain.pack -o report --table \"Hard cases=hard.csv\"");
+      "         palpate report organ.toml -o report --quick");
   command->add_option("SCENE.toml|PACK", arguments->organs, "What to report on; default: the shipped scenes")
       ->type_name("");
   command->add_option("-o,--output", arguments->folder, "Folder to write")->type_name("DIR")->required();
-  command
-      ->add_option(
-          "--table", arguments->tables,
-          "A table that something else has measured, as a section under that title, with FILE.txt as its "
-          "text and FILE.svg and FILE_*.svg as its pictures, where they are; may be given again")
-      ->type_name("TITLE=FILE.csv")
-      ->allow_extra_args(false)
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command
-      ->add_option(
-          "--methods", arguments->methods,
-          "Methods that something else has measured on that organ, other software for one, in columns of the "
-          "ORGAN_methods.csv that a report writes: rows of its tables and points of its plots, with FILE.txt "
-          "as what there is to say of them; may be given again")
-      ->type_name("ORGAN=FILE.csv")
-      ->allow_extra_args(false)
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command->add_flag("--quick", arguments->quick,
                     "A glance within two minutes: fewer pushes, scenes at 4 of their sites, short timings");
   command->add_option("--seed", arguments->seed, "Other pushes for another seed; default 1")

@@ -147,17 +147,4 @@ Method runtime_method(const OpenedPack& opened, pal_model model, std::uint32_t m
              const std::vector<LinearContact>& contacts) { return answer(contacts); };
 }
 
-Method moving_method(ModelUnitSession& session, std::vector<std::uint32_t> sites, int frames) {
-  return [&session, sites = std::move(sites), frames,
-          at_rest = session.visual_frame()](const std::vector<LinearContact>& contacts) {
-    session.contact_frame({});  // at rest
-    std::vector<pal_contact_result> results;
-    for (int frame = 1; frame <= frames; ++frame) {
-      results = session.contact_frame(contacts_at(contacts, sites, static_cast<double>(frame) / frames));
-      if (results.front().model == PAL_MODEL_ZONE) session.refine();
-    }
-    return answer_of(results, session.visual_frame() - at_rest);
-  };
-}
-
 }  // namespace palpate

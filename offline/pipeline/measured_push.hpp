@@ -71,8 +71,4 @@ Method runtime_method(ModelUnitSession& session, std::vector<std::uint32_t> site
 Method runtime_method(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                       std::uint32_t zone_rings = 0, bool refines = true);
 
-// Asks the runtime after `frames` frames straight from rest, an iteration of the refining lane after each. The response is
-// the last frame's, converged or not.
-Method moving_method(ModelUnitSession& session, std::vector<std::uint32_t> sites, int frames);
-
 }  // namespace palpate

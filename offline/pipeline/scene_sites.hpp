@@ -7,11 +7,10 @@
 
 namespace palpate {
 
-// Chooses `count` sites of an organ, or all sites where the organ has fewer.
+// Chooses `most` sites of an organ, or all sites where the organ has fewer.
 std::vector<size_t> compared_sites(const Organ& organ, int most);
 
-// Returns the organ with only these sites; returns the scene with at most `count` sites.
-LoadedScene with_sites(const Organ& organ, const std::vector<size_t>& sites);
+// Returns the scene with at most `most` sites.
 LoadedScene with_at_most_sites(LoadedScene scene, int most);
 
 }  // namespace palpate

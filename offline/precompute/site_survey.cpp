@@ -171,10 +171,6 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
     result.cut_by = domain.cut_by();
     result.min_jacobian = domain.min_jacobian();
     result.polynomial = reduce_basis(fit, samples.half, kBasisPart * plan.target, plan.rounded);
-    for (const auto& [degree, tolerance, rounded] : plan.other_settings) {
-      result.others.push_back(
-          reduce_basis(fit_polynomial(samples, degree), samples.half, tolerance, rounded));
-    }
   }
   // Few sampled sites: each gets pushes in each quarter of the range.
   const int survey_samples =

@@ -12,13 +12,6 @@ namespace palpate {
 // The basis may leave out this fraction of the target.
 inline constexpr double kBasisPart = 0.4;
 
-// Arguments of reduce_basis, and the degree of its input.
-struct PolynomialSetting {
-  int degree = 2;
-  double basis_tolerance = 1e-3;
-  bool rounded = false;
-};
-
 struct SamplingPlan {
   double target =
       0.01;  // relative error of displacement and force: a site is sampled until its fit keeps the target
@@ -33,14 +26,11 @@ struct SamplingPlan {
   int survey_sets = 0;   // sets of several contacts (contact_sets.hpp)
   int survey_sites = 0;  // surveyed sites, spread over the organ; 0: all, required with polynomials
   int jobs = 1;          // threads; the result does not depend on the number
-  // Further fits to each site's samples. Degree 7 needs 14 samples or more.
-  std::vector<PolynomialSetting> other_settings;
 };
 
 struct SiteResult {
-  SitePolynomial polynomial;           // degree 0 without polynomials
-  std::vector<SitePolynomial> others;  // one for each of SamplingPlan::other_settings
-  size_t samples = 0;                  // nonlinear solves, fitted or not; 0: affine_site
+  SitePolynomial polynomial;  // degree 0 without polynomials
+  size_t samples = 0;         // nonlinear solves, fitted or not; 0: affine_site
   // HeldOutError of the displacement: ::all, or ::inside for raised degrees; 0 for the paper's fits.
   double held_out_error = 0;
   double held_out_force_error = 0;           // the same for the force

@@ -57,12 +57,12 @@ std::string pushes_csv(const OrganReport& organ) {
 std::string methods_csv(const OrganReport& organ) {
   const auto errors = {"median", "p95", "max"};
   const auto times = {"median_us", "p99_us", "p999_us", "max_us", "lowest_median_us", "highest_median_us"};
-  std::string text =
-      "method,carried,contacts,part_of_max,size,size_over_h,size_over_thickness,pushes,diverged" +
-      headings("displacement", errors) + headings("force", errors) + headings("force_unfloored", errors) +
-      headings("displacement_off", errors) + headings("force_off", errors) + headings("haptic", times) +
-      headings("visual", times) + headings("haptic_cold", times) + headings("visual_cold", times) +
-      ",front_field,front_force\n";
+  std::string text = "method,contacts,part_of_max,size,size_over_h,size_over_thickness,pushes" +
+                     headings("displacement", errors) + headings("force", errors) +
+                     headings("force_unfloored", errors) + headings("displacement_off", errors) +
+                     headings("force_off", errors) + headings("haptic", times) + headings("visual", times) +
+                     headings("haptic_cold", times) + headings("visual_cold", times) +
+                     ",front_field,front_force\n";
   const std::vector<bool> field_front = on_front(organ, SpeedError::field);
   const std::vector<bool> force_front = on_front(organ, SpeedError::force);
   for (size_t i = 0; i < organ.methods.size(); ++i) {
@@ -70,9 +70,8 @@ std::string methods_csv(const OrganReport& organ) {
     const double size = row.part * organ.max_displacement;
     const std::optional<double> strain =
         organ.thickness > 0 ? std::optional(size / organ.thickness) : std::nullopt;
-    text +=
-        fmt::format("\"{}\",{},{},{:g},{:.9g},{:.9g},{},{},{}", row.name, row.carried ? 1 : 0, row.contacts,
-                    row.part, size, size / organ.mean_edge, cell(strain), row.pushes, row.diverged);
+    text += fmt::format("\"{}\",{},{:g},{:.9g},{:.9g},{},{}", row.name, row.contacts, row.part, size,
+                        size / organ.mean_edge, cell(strain), row.pushes);
     for (const ErrorSummary& error :
          {row.displacement, row.force, row.force_unfloored, row.displacement_off, row.force_off})
       text += cells(error);

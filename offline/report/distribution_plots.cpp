@@ -20,11 +20,11 @@ struct Model {
   std::vector<const PushRow*> pushes;
 };
 
-// Collects the pack's own models with their pushes that satisfy `counts`.
+// Collects the pack's models with their pushes that satisfy `counts`.
 std::vector<Model> models_of(const OrganReport& organ, const std::function<bool(const PushRow&)>& counts) {
   std::vector<Model> models;
   for (const PushRow& push : organ.pushes) {
-    if (!push.carried || !counts(push)) continue;
+    if (!counts(push)) continue;
     auto model =
         std::find_if(models.begin(), models.end(), [&](const Model& one) { return one.name == push.name; });
     if (model == models.end()) {
@@ -223,8 +223,8 @@ std::string coverage_plot(const OrganReport& organ) {
       }
       panels.draw(what,
                   panels.block(dots) +
-                      fmt::format(" using 1:2 with points pt {} ps {:.2f} lc rgb '{}' title {}",
-                                  style.hollow_marker, 0.45 + 0.1 * model.of_kind, style.colour,
+                      fmt::format(" using 1:2 with points pt {} ps {:.2f} lc rgb '{}' title {}", style.marker,
+                                  0.45 + 0.1 * model.of_kind, style.colour,
                                   quoted(fmt::format("{} {:.1f} %", short_name(model.kind, model.name),
                                                      100.0 * covered / static_cast<double>(dots.size())))));
     }
@@ -235,52 +235,6 @@ std::string coverage_plot(const OrganReport& organ) {
       "set key at graph 0.02, graph 0.98 left top vertical samplen 0.5\n";
   return panels.script(both, "displacement: covered below the line", "unset ylabel\n",
                        "force: covered below the line", 0.9);
-}
-
-std::string strain_plot(const OrganReport& organ) {
-  constexpr double kEdges[] = {0, 0.05, 0.1, 0.2, 0.3};
-  constexpr const char* kNames[] = {"to 5 %%", "5 to 10 %%", "10 to 20 %%", "20 to 30 %%", "beyond"};
-  constexpr size_t kBins = std::size(kEdges);
-  const std::vector<Model> models = models_of(organ, [](const PushRow& push) {
-    return push.contacts == 1 && push.strain.has_value() && push.solved;
-  });
-  if (models.empty()) return "";
-  Panels panels;
-  size_t counts[kBins] = {};
-  for (const Model& model : models) {
-    const MethodStyle& style = style_of(model.kind);
-    for (size_t what = 0; what < 2; ++what) {
-      std::vector<double> errors[kBins];
-      for (const PushRow* push : model.pushes) {
-        const auto bin =
-            static_cast<size_t>(std::upper_bound(kEdges + 1, kEdges + kBins, *push->strain) - kEdges) - 1;
-        errors[bin].push_back(push->*kErrors[what]);
-      }
-      std::vector<std::string> lines;
-      for (size_t bin = 0; bin < kBins; ++bin) {
-        counts[bin] = errors[bin].size();
-        if (counts[bin] > 0) lines.push_back(fmt::format("{} {:g}", bin, panels.shown(p95_of(errors[bin]))));
-      }
-      panels.draw(
-          what, panels.block(lines) +
-                    fmt::format(" using 1:2 with linespoints pt {} ps 1 lw {:.1f} lc rgb '{}' dt {} title {}",
-                                style.marker, weight(model), style.colour, style.dash,
-                                quoted(short_name(model.kind, model.name))));
-    }
-  }
-  std::string names;
-  for (size_t bin = 0; bin < kBins; ++bin) {
-    if (counts[bin] > 0)
-      names +=
-          fmt::format("{}\"{}\\n{} pushes\" {}", names.empty() ? "" : ", ", kNames[bin], counts[bin], bin);
-  }
-  const std::string both =
-      percent_axis("y", panels.low(), panels.high()) +
-      fmt::format("set xrange [-0.4:{}.4]\nset xtics ({})\nset ylabel 'error, p95, %' offset 1.5,0\n",
-                  kBins - 1, names) +
-      kKeyAbove;
-  return panels.script(both, "displacement, by strain |d| / thickness", "unset ylabel\nunset key\n",
-                       "force, by strain |d| / thickness");
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Plots the error distributions of the pack's own models. Each plot is a gnuplot script with two panels:
+// Plots the error distributions of the pack's models. Each plot is a gnuplot script with two panels:
 // displacement and force.
 #pragma once
 
@@ -16,8 +16,5 @@ std::string error_over_push_plot(const OrganReport& organ);
 
 // The runtime's error estimate against the measured error of each push.
 std::string coverage_plot(const OrganReport& organ);
-
-// 95th percentiles against |d| / thickness of the organ; all pushes with one contact.
-std::string strain_plot(const OrganReport& organ);
 
 }  // namespace palpate

@@ -83,10 +83,6 @@ void write_report(const Report& report, const std::filesystem::path& folder) {
     contents += fmt::format("{}<a href=\"#{}\">{}</a>", contents.empty() ? "" : " · ",
                             html_escaped(organ.name), html_escaped(organ.title));
   }
-  for (const IncludedTable& table : report.tables) {
-    sections += write_included_table(table, folder);
-    contents += fmt::format(" · <a href=\"#{}\">{}</a>", html_escaped(table.name), html_escaped(table.title));
-  }
   write_finished_text(
       folder / "index.html",
       fmt::format(
@@ -94,9 +90,8 @@ void write_report(const Report& report, const std::filesystem::path& folder) {
           "content=\"width=device-width\">\n<title>Palpate: speed against "
           "error</title>\n<style>{}</style>\n</head>\n"
           "<body>\n<h1>Speed against error</h1>\n{}<p>How fast each way to answer a touch is, how wrong, and "
-          "how sure. "
-          "Wrong means: against full nonlinear finite element solves of the same model, at pushes that no "
-          "fit has seen. "
+          "how sure. Wrong means: against full nonlinear finite element solves of the same model, at pushes "
+          "that no fit has seen. "
           "{}</p>\n{}{}</body>\n</html>\n",
           kStyle, verdict(report), contents, about_html(report), sections));
 }

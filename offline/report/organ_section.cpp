@@ -88,27 +88,22 @@ double level_near_half(const OrganReport& organ) {
   return near;
 }
 
-// `all`: includes other settings and every |d|; otherwise own models and references at half and full range.
-Table method_table(const OrganReport& organ, bool all) {
+// `every_size`: every |d|; otherwise half and full range.
+Table method_table(const OrganReport& organ, bool every_size) {
   const SmallUnits units(organ);
   Table table({"method", "contacts", "|d|", "displacement error, p95 %", "max %", "max, " + units.length,
                "force error, p95 %", "max %", "unfloored, max %", "max, " + units.force, "haptic frame, µs",
                "p99.9", "cold", "visual frame, µs", "p99.9", "cold"});
   const double half = level_near_half(organ);
   for (const MethodRow& row : organ.methods) {
-    const bool is_setting = !row.carried && (row.kind == MethodKind::polynomial ||
-                                             row.kind == MethodKind::zone || row.kind == MethodKind::moved);
-    if (!all && (is_setting || (row.part != half && row.part != 1))) continue;
+    if (!every_size && row.part != half && row.part != 1) continue;
     const auto cold = [](const std::optional<TimeSummary>& time) {
       return time ? us_cell(time->median) : std::string();
     };
     const bool exact = row.kind == MethodKind::newton;
     const auto error = [&](double value) { return exact ? std::string("0") : percent_cell(value); };
-    const std::string name = row.diverged == 0
-                                 ? row.name
-                                 : fmt::format("{}; {} of {} DIVERGED", row.name, row.diverged, row.pushes);
-    table.add({name, fmt::format("{}", row.contacts), push_size(organ, row.part), error(row.displacement.p95),
-               error(row.displacement.max),
+    table.add({row.name, fmt::format("{}", row.contacts), push_size(organ, row.part),
+               error(row.displacement.p95), error(row.displacement.max),
                fmt::format("{:.3g}", units.per_length * row.displacement_off.max), error(row.force.p95),
                error(row.force.max), error(row.force_unfloored.max),
                fmt::format("{:.3g}", units.per_force * row.force_off.max), us_cell(row.haptic.median),
@@ -118,12 +113,11 @@ Table method_table(const OrganReport& organ, bool all) {
   return table;
 }
 
-// Largest spread of round medians over the pack's own models: the expected change in a second run.
+// Largest spread of round medians: the expected change in a second run.
 double time_spread(const OrganReport& organ) {
   double spread = 1;
   for (const MethodRow& row : organ.methods) {
-    if (row.carried && row.haptic.lowest > 0)
-      spread = std::max(spread, row.haptic.highest / row.haptic.lowest);
+    if (row.haptic.lowest > 0) spread = std::max(spread, row.haptic.highest / row.haptic.lowest);
   }
   return spread;
 }
@@ -146,7 +140,6 @@ class Section {
 
   void figure(const std::string& name, const std::string& script, int width, int height,
               const std::string& csv, const std::string& heading, const std::string& caption) {
-    if (script.empty()) return;
     const std::filesystem::path file = folder_ / "plots" / (organ_.name + "_" + name);
     draw_plot(script, width, height, file);
     std::filesystem::path svg = file;
@@ -218,32 +211,17 @@ std::string write_organ_section(const OrganReport& organ, const std::filesystem:
         fmt::format("<p class=\"note\">{} pushes reached no equilibrium and count as errors of 100 %.</p>\n",
                     organ.unsolved));
 
-  std::string how =
-      "Each point is a method or a setting: further left is faster, further down is nearer to the full "
-      "nonlinear solve. Filled: "
-      "what this pack carries; hollow: the same models under other settings, at the same pushes, a zone's "
-      "with "
-      "so many Newton iterations in a frame as they are while the contact still moves (it comes from rest in "
-      "50 "
-      "frames), the filled ones' when it has come to rest (those of three rings and more over some of the "
-      "pushes: the numbers say of "
-      "how many); pentagons: polynomials moved from sites nearby. PFE "
-      "(Cotin and others 1999) and a back-solve are made for the contacts they answer, LCG (Nienhuys and van "
-      "der "
-      "Stappen 2001; to several tolerances) for none; EPFE is what the pack's linear_dd does. The grey "
-      "staircase joins those "
-      "that nothing beats in both. Right of the dashed line a 1 kHz loop is missed; the dotted one is a "
-      "memcpy of what the "
-      "smallest model's field reads. Full Newton is the truth: its error is nothing, drawn on the lower "
-      "border.";
-  for (const std::string& caption : organ.captions_elsewhere)
-    how.append(1, ' ').append(html_escaped(caption));
   section.figure(
       "speed_error", speed_error_plot(organ, SpeedError::field, 1), 1000, 860, methods, "Speed against error",
       fmt::format(
-          "{} One contact at {} sites; error: the largest of any shown node, as part of |d|, p95 over the "
+          "Each point is a method: further left is faster, further down is nearer to the full nonlinear "
+          "solve. Models of the pack answer when the contact has come to rest; full Newton starts from the "
+          "state of the frame before, and is the truth: its error is nothing, drawn on the lower border. The "
+          "grey staircase joins the methods that nothing beats in both. Right of the dashed line a 1 kHz "
+          "loop is missed; the dotted line is a memcpy of the bytes that the smallest model's field reads. "
+          "One contact at {} sites; error: the largest of any shown node, as part of |d|, p95 over the "
           "pushes; time: median of a haptic and a visual frame together, warm.",
-          how, organ.sites_compared));
+          organ.sites_compared));
   section.figure("speed_force", speed_error_plot(organ, SpeedError::force, 1), 1000, 860, methods,
                  "Speed against error of the force",
                  "The same for what a haptic device needs: one haptic frame (force and stiffness), and the "
@@ -271,10 +249,6 @@ std::string write_organ_section(const OrganReport& organ, const std::filesystem:
                  "Each dot is a random push; bars are the p95 of each quarter of the range. One h is the "
                  "organ's mean surface "
                  "edge: errors follow |d| / h, since elements next to the tip bear it.");
-  section.figure("strain", strain_plot(organ), 1000, 460, pushes, "The same by strain",
-                 "Strain as in Zhong et al. 2005: |d| over the thickness of the organ along d, by a ray "
-                 "through it. All pushes of "
-                 "one contact whose ray leads into the organ.");
   section.figure("coverage", coverage_plot(organ), 1000, 500, pushes,
                  "Does the runtime know how wrong it is?",
                  "With each answer the runtime gives an estimate that 95 of 100 errors should stay below. "
@@ -287,17 +261,14 @@ std::string write_organ_section(const OrganReport& organ, const std::filesystem:
                 "models, each with its own scale.",
                 fmt::format("<a href=\"{}\">picture</a>", html_escaped(organ.error_map.filename().string())));
   }
-  section.figure("frames", frame_plot(organ), 1000, frame_plot_height(organ), methods, "What a frame takes",
-                 "Contacts that go around at the largest |d|. The maximum on a shared machine is the "
-                 "machine's; cold means that all "
-                 "caches were emptied before the frame.");
   section.text(
-      fmt::format("<h3>The pack's methods</h3>\n<p>Medians of frames; a second run on this machine may "
-                  "differ as medians of its rounds "
-                  "did, by a factor of up to {:.2f}. Errors of a second run are the same to the digit.</p>\n",
+      fmt::format("<h3>In numbers</h3>\n<p>Frames of contacts that go around at |d|. Cold: all caches were "
+                  "emptied before the frame. Medians of a second run on this machine may differ as medians "
+                  "of its rounds did, by a factor of up to {:.2f}. Errors of a second run are the same to "
+                  "the digit.</p>\n",
                   time_spread(organ)));
   section.text("<div class=\"wide\">" + method_table(organ, false).html() + "</div>\n");
-  section.text("<details><summary>All methods, settings and |d|</summary>\n<div class=\"wide\">" +
+  section.text("<details><summary>Every |d|</summary>\n<div class=\"wide\">" +
                method_table(organ, true).html() + "</div></details>\n</section>\n");
   return section.take();
 }

@@ -9,11 +9,10 @@ namespace palpate {
 namespace {
 
 constexpr MethodStyle kStyles[kMethodKinds] = {
-    {"#e69f00", "linear_dd (EPFE)", 5, 4, "2"},    {"#0072b2", "polynomial_dd", 7, 6, "1"},
-    {"#56b4e9", "moved polynomial", 15, 14, "1"},  {"#009e73", "nonlinear_zone", 9, 8, "4"},
-    {"#8a5a00", "linear, PFE", 3, 3, "3"},         {"#cc79a7", "linear, back-solve", 13, 12, "3"},
-    {"#d55e00", "linear, LCG", 2, 2, "3"},         {"#6a3d9a", "other software", 1, 1, "5"},
-    {"#333333", "full Newton, warm", 11, 10, "5"},
+    {"#e69f00", "linear_dd (EPFE)", 5, "2"},
+    {"#0072b2", "polynomial_dd", 7, "1"},
+    {"#009e73", "nonlinear_zone", 9, "4"},
+    {"#333333", "full Newton, warm", 11, "5"},
 };
 
 }  // namespace
@@ -30,22 +29,10 @@ std::string short_name(MethodKind kind, const std::string& name) {
       return "polynomial";
     case MethodKind::zone:
       return "zone" + name.substr(std::min(name.find(','), name.size()));
-    case MethodKind::moved:
-    case MethodKind::fixed_tensor:
-    case MethodKind::localized_cg:
-      return name;
-    case MethodKind::elsewhere:
-      return name.substr(0, name.find(','));
-    case MethodKind::back_solve:
-      return "back-solve";
     case MethodKind::newton:
       return "full Newton";
   }
   return name;
-}
-
-std::string short_name(const MethodRow& row) {
-  return short_name(row.kind, row.name);
 }
 
 std::string data_block(const std::string& name, const std::vector<std::string>& lines) {

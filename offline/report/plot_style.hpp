@@ -12,15 +12,13 @@ namespace palpate {
 struct MethodStyle {
   const char* colour;
   const char* name;  // name of the kind, for a legend
-  int marker;        // gnuplot's number of the filled marker
-  int hollow_marker;
+  int marker;        // gnuplot's number
   const char* dash;  // gnuplot's dashtype
 };
 
 const MethodStyle& style_of(MethodKind kind);
 
-// Returns "linear", "polynomial", "zone, 2 rings" for models of the pack; other names up to their first comma.
-std::string short_name(const MethodRow& row);
+// Returns "linear", "polynomial", "zone, 2 rings" or "full Newton".
 std::string short_name(MethodKind kind, const std::string& name);
 
 // Formats a gnuplot data block "$NAME << EOD ... EOD".

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "offline/report/included_table.hpp"
 #include "offline/study/organ_measurements.hpp"
 
 namespace palpate {
@@ -22,7 +21,6 @@ struct Report {
   bool quick = false;
   double seconds = 0;
   std::vector<OrganReport> organs;
-  std::vector<IncludedTable> tables;  // measured by other programs
   bool is_kept() const {
     for (const OrganReport& organ : organs) {
       if (!organ.is_kept()) return false;

@@ -1,4 +1,4 @@
-// Plots speed against error with the Pareto front, and frame times. Each plot is a gnuplot script.
+// Plots speed against error with the Pareto front, as gnuplot scripts.
 #pragma once
 
 #include <string>
@@ -21,9 +21,5 @@ std::vector<size_t> pareto_front(const std::vector<std::array<double, 2>>& point
 
 // For each row of `organ.methods`: whether it is on the front of its number of contacts and its |d|.
 std::vector<bool> on_front(const OrganReport& organ, SpeedError what);
-
-// Haptic and visual frames of the pack's own models: median to p99.9, maximum, cold, and memcpy as reference.
-std::string frame_plot(const OrganReport& organ);
-int frame_plot_height(const OrganReport& organ);
 
 }  // namespace palpate

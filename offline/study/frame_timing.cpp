@@ -50,7 +50,7 @@ Timing time_several_between(const OpenedPack& opened, const std::vector<pal_cont
 // first with a zone response.
 Timing time_taking_hold(const OpenedPack& opened, std::uint32_t count, int frames) {
   constexpr std::uint64_t kSlice = 200'000;
-  TimedSession session(opened, PAL_MODEL_ZONE, count, 0, 0, count);
+  TimedSession session(opened, PAL_MODEL_ZONE, count, 0, count);
   std::vector<std::uint32_t> sites = sites_apart(opened, count);
   const std::vector<pal_pose> poses(count, {{0, 0, 0}, {1, 0, 0, 0}});
   bool is_preparing = false;

@@ -39,7 +39,7 @@ TimeSummary summary_of(std::vector<double> nanoseconds, const std::vector<double
           kMicro * highest};
 }
 
-TimeSummary time_calls(int calls, const std::function<void(int)>& call, CacheEvictor* caches) {
+TimeSummary time_calls(int calls, const std::function<void(int)>& call) {
   constexpr int kRounds = 3;
   call(0);
   std::vector<double> all;
@@ -47,7 +47,6 @@ TimeSummary time_calls(int calls, const std::function<void(int)>& call, CacheEvi
   for (int round = 0; round < kRounds; ++round) {
     std::vector<double> here;
     for (int i = 0; i < std::max(1, calls / kRounds); ++i) {
-      if (caches != nullptr) caches->evict();
       here.push_back(nanoseconds_of([&] { call(static_cast<int>(all.size()) + i + 1); }));
     }
     all.insert(all.end(), here.begin(), here.end());
@@ -58,12 +57,10 @@ TimeSummary time_calls(int calls, const std::function<void(int)>& call, CacheEvi
 }
 
 MethodTimer::MethodTimer(const OpenedPack& opened, pal_model model, std::uint32_t zone_rings,
-                         std::uint32_t zone_iterations, std::vector<std::vector<std::uint32_t>> site_sets,
-                         double part)
+                         std::vector<std::vector<std::uint32_t>> site_sets, double part)
     : opened_(&opened),
       model_(model),
       zone_rings_(zone_rings),
-      zone_iterations_(zone_iterations),
       site_sets_(std::move(site_sets)),
       reach_(part * opened.info().max_displacement),
       frames_(site_sets_.size(), 0) {}
@@ -90,8 +87,7 @@ void MethodTimer::time_round(double seconds, int most_frames, int cold_frames, C
   std::vector<pal_contact> contacts;
   std::vector<pal_real> field(size_t{3} * opened_->info().num_nodes);
   for (size_t set = 0; set < site_sets_.size(); ++set) {
-    TimedSession session(*opened_, model_, static_cast<std::uint32_t>(site_sets_[set].size()), zone_rings_,
-                         zone_iterations_);
+    TimedSession session(*opened_, model_, static_cast<std::uint32_t>(site_sets_[set].size()), zone_rings_);
     warm_up(set, session, contacts);
     const Clock::time_point start = Clock::now();
     int timed = 0;

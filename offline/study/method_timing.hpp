@@ -17,10 +17,10 @@ class TimedSession;
 // Each set of sites has a short-lived session, so that timers hold no arenas.
 class MethodTimer {
  public:
-  // `site_sets`: sets of equal size; frames are divided among the sets. `zone_rings`, `zone_iterations`: as
-  // for a session. The pack outlives the timer.
+  // `site_sets`: sets of equal size; frames are divided among the sets. `zone_rings`: as for a session. The
+  // pack outlives the timer.
   MethodTimer(const OpenedPack& opened, pal_model model, std::uint32_t zone_rings,
-              std::uint32_t zone_iterations, std::vector<std::vector<std::uint32_t>> site_sets, double part);
+              std::vector<std::vector<std::uint32_t>> site_sets, double part);
 
   // Times one more round: `seconds` or `most_frames`, whichever ends first, then `cold_frames` frames.
   // `caches` is emptied before each cold frame and must not be null for such frames.
@@ -41,7 +41,6 @@ class MethodTimer {
   const OpenedPack* opened_;
   pal_model model_;
   std::uint32_t zone_rings_;
-  std::uint32_t zone_iterations_;
   std::vector<std::vector<std::uint32_t>> site_sets_;
   double reach_;
   std::vector<int> frames_;  // frames so far, for each set
@@ -49,8 +48,8 @@ class MethodTimer {
   Stage visual_;
 };
 
-// Times `calls` calls singly. A non-null `caches` is emptied before each call.
-TimeSummary time_calls(int calls, const std::function<void(int)>& call, CacheEvictor* caches = nullptr);
+// Times `calls` calls singly.
+TimeSummary time_calls(int calls, const std::function<void(int)>& call);
 
 // `medians`: of the rounds, nanoseconds; empty: a single round.
 TimeSummary summary_of(std::vector<double> nanoseconds, const std::vector<double>& medians);

@@ -27,35 +27,23 @@ struct TimeSummary {
 };
 
 // Kinds of methods, in the order of a legend.
-enum class MethodKind {
-  linear,
-  polynomial,
-  moved,  // a polynomial transferred from another site
-  zone,
-  fixed_tensor,
-  back_solve,
-  localized_cg,
-  elsewhere,  // measured by other software
-  newton
-};
-inline constexpr size_t kMethodKinds = 9;
+enum class MethodKind { linear, polynomial, zone, newton };
+inline constexpr size_t kMethodKinds = 4;
 
 // One method at one |d|.
 struct MethodRow {
   MethodKind kind = MethodKind::linear;
-  std::string name;      // "polynomial_dd, degree 5, rank 20, int16"
-  bool carried = false;  // the reported pack carries the method; else another setting, for comparison
+  std::string name;  // "polynomial_dd, degree 5, rank 20, int16"
   int contacts = 1;
-  double part = 1;                // fraction of the pack's largest |d|
-  int pushes = 0;                 // pushes behind the errors
-  int diverged = 0;               // pushes without a response among them; such a response counts as zero
-  ErrorSummary displacement;      // max over shown nodes |u - u_FE| / |d|
-  ErrorSummary force;             // |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest force
-  ErrorSummary force_unfloored;   // the same without the floor
-  ErrorSummary displacement_off;  // |u - u_FE|, length unit
-  ErrorSummary force_off;         // |f - f_FE|, force unit
-  TimeSummary haptic;             // forces and stiffness
-  TimeSummary visual;             // displacements of all shown nodes
+  double part = 1;                         // fraction of the pack's largest |d|
+  int pushes = 0;                          // pushes behind the errors
+  ErrorSummary displacement;               // max over shown nodes |u - u_FE| / |d|
+  ErrorSummary force;                      // |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest force
+  ErrorSummary force_unfloored;            // the same without the floor
+  ErrorSummary displacement_off;           // |u - u_FE|, length unit
+  ErrorSummary force_off;                  // |f - f_FE|, force unit
+  TimeSummary haptic;                      // forces and stiffness
+  TimeSummary visual;                      // displacements of all shown nodes
   std::optional<TimeSummary> haptic_cold;  // empty: not measured
   std::optional<TimeSummary> visual_cold;
 };
@@ -66,7 +54,6 @@ struct PushRow {
   int push = 0;     // number within the set
   std::string name;
   MethodKind kind = MethodKind::linear;
-  bool carried = false;
   int contacts = 1;
   std::string sites;                                 // labels, joined by ';'
   std::vector<std::array<double, 3>> displacements;  // for each contact; length unit
@@ -79,7 +66,7 @@ struct PushRow {
   double force_error_unfloored = 1;
   double displacement_off = 0;
   double force_off = 0;
-  std::optional<double> displacement_estimate;  // the runtime's estimate; empty for other methods
+  std::optional<double> displacement_estimate;  // the runtime's estimate; empty: it gives none
   std::optional<double> force_estimate;
 };
 
@@ -96,9 +83,8 @@ struct ValidationRow {
   bool kept = true;
 };
 
-// A copy of the bytes that a method's field reads.
-struct CopyRow {
-  std::string method;
+// A memcpy of the bytes that a field reads.
+struct FieldCopy {
   double kilobytes = 0;
   TimeSummary copy;
 };
@@ -125,11 +111,9 @@ struct OrganReport {
   std::vector<ValidationRow> promises;
   std::vector<MethodRow> methods;
   std::vector<PushRow> pushes;
-  std::vector<CopyRow> copies;
-  std::vector<std::string> notes;  // omitted comparisons, with the reason
-  // Captions for methods measured by other software.
-  std::vector<std::string> captions_elsewhere;
-  std::filesystem::path error_map;  // PNG; empty: none
+  std::optional<FieldCopy> smallest_copy;  // of the model whose field reads least
+  std::vector<std::string> notes;          // omitted comparisons, with the reason
+  std::filesystem::path error_map;         // PNG; empty: none
   bool is_kept() const {
     for (const ValidationRow& validation : promises) {
       if (!validation.kept) return false;

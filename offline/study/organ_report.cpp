@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
+#include <stdexcept>
 #include <utility>
 
 #include "offline/output/progress_bar.hpp"
@@ -12,31 +12,23 @@
 #include "offline/pipeline/measured_push.hpp"
 #include "offline/pipeline/scene_sites.hpp"
 #include "offline/pipeline/survey_validation.hpp"
-#include "offline/precompute/solver_threads.hpp"
 #include "offline/study/compared_methods.hpp"
 #include "offline/study/error_map.hpp"
+#include "offline/study/full_newton.hpp"
 #include "offline/study/method_timing.hpp"
-#include "offline/study/reference_methods.hpp"
 #include "offline/study/report_pushes.hpp"
 #include "offline/study/report_rows.hpp"
-#include "offline/study/study_packs.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr size_t kTimedSetsOfSlow = 2;     // for a slow method,
-constexpr size_t kTimedSetsOfSeveral = 1;  // for several contacts
-constexpr std::uint32_t kThick = 3;        // rings; thicker zones have slow frames
-constexpr int kFramesOfAnApproach = 50;    // frames of a contact that comes from rest
-
 // Collects the report's rows of one organ.
 class Measurement {
  public:
-  Measurement(const OpenedPack& opened, const Organ& organ, const SampleStore* store,
-              const ReportEffort& effort, std::int64_t seed, int jobs)
+  Measurement(const OpenedPack& opened, const Organ& organ, const ReportEffort& effort, std::int64_t seed,
+              int jobs)
       : opened_(opened),
         organ_(organ),
-        store_(store),
         effort_(effort),
         seed_(seed),
         jobs_(jobs),
@@ -50,14 +42,13 @@ class Measurement {
     compare_at_levels();
     compare_several();
     time_all();
-    time_copies();
+    time_smallest_copy();
     return std::move(report_);
   }
 
  private:
   struct Timed {
     std::vector<size_t> rows;  // in report_.methods
-    bool carried = false;
     MethodTimer timer;
   };
 
@@ -119,18 +110,12 @@ class Measurement {
   void compare_at_levels() {
     const std::vector<size_t> sites = compared_sites(organ_, effort_.most_sites);
     report_.sites_compared = static_cast<int>(sites.size());
-    others_ = std::make_unique<OtherSettings>(opened_, organ_, sites, effort_, jobs_, store_, report_.notes);
     const std::vector<Level> levels = rows_.described(
         "levels", 1, solve_levels(opened_, organ_, parts_, sites, effort_.pushes_at_level, seed_, jobs_));
-    std::vector<ComparedMethod> methods = carried_methods(opened_);
-    methods.insert(methods.end(), others_->methods().begin(), others_->methods().end());
-    const std::vector<ComparedMethod> moving =
-        moving_zones(methods, effort_.most_moving_rings, effort_.zone_iterations);
-    methods.insert(methods.end(), moving.begin(), moving.end());
-    std::vector<std::vector<size_t>> site_sets;
-    for (size_t i = 0; i < std::min(effort_.timed_sets, sites.size()); ++i) site_sets.push_back({sites[i]});
-    compare(methods, levels, site_sets);
-    compare_references(organ_, effort_, levels, 1, rows_);
+    std::vector<std::vector<std::uint32_t>> site_sets;
+    for (size_t i = 0; i < std::min(effort_.timed_sets, sites.size()); ++i)
+      site_sets.push_back({static_cast<std::uint32_t>(sites[i])});
+    compare(levels, site_sets);
   }
 
   void compare_several() {
@@ -143,88 +128,62 @@ class Measurement {
           "No {} sites have patches that share no node; one contact at a time is compared.", contacts));
       return;
     }
-    std::vector<std::vector<size_t>> site_sets;
-    for (const ContactTruth& truth : levels.back().truths.truths) {
-      if (site_sets.size() == kTimedSetsOfSeveral) break;
-      std::vector<size_t>& set = site_sets.emplace_back();
-      for (const LinearContact& contact : truth.contacts) set.push_back(contact.site);
-    }
-    std::vector<ComparedMethod> methods = carried_methods(opened_);
-    const std::vector<ComparedMethod> moving =
-        moving_zones(methods, effort_.most_moving_rings_of_several, effort_.zone_iterations);
-    methods.insert(methods.end(), moving.begin(), moving.end());
-    // Polynomials support one contact only.
-    std::erase_if(methods,
-                  [](const ComparedMethod& method) { return method.kind == MethodKind::polynomial; });
-    compare(methods, levels, site_sets);
-    compare_references(organ_, effort_, levels, contacts, rows_);
+    std::vector<std::uint32_t> sites;
+    for (const LinearContact& contact : levels.back().truths.truths.front().contacts)
+      sites.push_back(static_cast<std::uint32_t>(contact.site));
+    compare(levels, {sites});
   }
 
-  // Measures errors at each level, independent of the machine's load, and prepares timers.
-  void compare(const std::vector<ComparedMethod>& methods, const std::vector<Level>& levels,
-               const std::vector<std::vector<size_t>>& site_sets) {
+  // Frames are timed at `site_sets`; full Newton's, which are slow, at the first of them.
+  void compare(const std::vector<Level>& levels, const std::vector<std::vector<std::uint32_t>>& site_sets) {
     const auto contacts = static_cast<std::uint32_t>(site_sets.front().size());
-    const int of_slow = contacts > 1 ? effort_.several_of_slow_methods : effort_.pushes_of_slow_methods;
-    std::vector<Level> levels_of_slow;
-    for (const Level& level : levels) levels_of_slow.push_back(level.first(of_slow));
-    const std::vector<std::vector<size_t>> sets_of_slow(
-        site_sets.begin(),
-        site_sets.begin() + static_cast<std::ptrdiff_t>(std::min(kTimedSetsOfSlow, site_sets.size())));
-    const auto is_slow = [&](const ComparedMethod& method) {
-      return method.rings >= kThick && (!method.carried || contacts > 1);
-    };
-    const auto levels_of = [&](const ComparedMethod& method) -> const std::vector<Level>& {
-      return is_slow(method) ? levels_of_slow : levels;
-    };
-    std::vector<std::vector<std::vector<MeasuredPush>>> measured(methods.size());  // by method and level
-    {
-      ProgressBar bar(contacts > 1 ? "methods, several contacts" : "methods",
-                      static_cast<int>(methods.size()));
-      // The slowest methods stand last and start first, so that threads end together.
-      const auto measure = [&](size_t, size_t i) {
-        const size_t m = methods.size() - 1 - i;
-        measured[m] = measure_method(methods[m], levels_of(methods[m]), contacts);
-      };
-      for_each_on_threads(methods.size(), jobs_, measure, [&](int done, int) { bar.show(done); });
+    std::vector<ComparedMethod> methods = carried_methods(opened_);
+    // Polynomials support one contact only.
+    if (contacts > 1)
+      std::erase_if(methods, [](const auto& one) { return one.kind == MethodKind::polynomial; });
+    const auto steps = static_cast<int>(methods.size() + levels.size());
+    ProgressBar bar(contacts > 1 ? "methods, several contacts" : "methods", steps);
+    int done = 0;
+    for (const ComparedMethod& method : methods) {
+      add_rows(method, contacts, levels, site_sets);
+      bar.show(++done);
     }
-    for (size_t m = 0; m < methods.size(); ++m)
-      add_rows(methods[m], levels_of(methods[m]), is_slow(methods[m]) ? sets_of_slow : site_sets,
-               measured[m]);
+    for (const Level& level : levels) {
+      time_newton(level.truths.part, site_sets.front());
+      bar.show(++done);
+    }
   }
 
-  std::vector<std::vector<MeasuredPush>> measure_method(const ComparedMethod& method,
-                                                        const std::vector<Level>& levels,
-                                                        std::uint32_t contacts) const {
-    ModelUnitSession session(*method.pack, method.model, contacts, 0, method.rings, method.iterations);
-    const Method answer = method.iterations == 0
-                              ? runtime_method(session, sites_of(method))
-                              : moving_method(session, sites_of(method), kFramesOfAnApproach);
-    std::vector<std::vector<MeasuredPush>> measured;
-    for (const Level& level : levels) measured.push_back(measure_pushes(level.truths.truths, answer));
-    return measured;
-  }
-
-  // Adds the rows of a method. A zone gets one timer for each level; other methods get one timer, since their
-  // frame time does not depend on |d|.
-  void add_rows(const ComparedMethod& method, const std::vector<Level>& levels,
-                const std::vector<std::vector<size_t>>& site_sets,
-                const std::vector<std::vector<MeasuredPush>>& measured) {
-    const std::vector<std::uint32_t> sites = sites_of(method);
-    std::vector<std::vector<std::uint32_t>> timed_sets;
-    for (const std::vector<size_t>& one : site_sets) {
-      std::vector<std::uint32_t>& timed = timed_sets.emplace_back();
-      for (const size_t site : one) timed.push_back(sites[site]);
-    }
-    const auto contacts = static_cast<int>(site_sets.front().size());
+  // Measures errors, which do not depend on the machine's load, and prepares timers. A zone gets one timer for each
+  // level; other methods get one timer, since their frame time does not depend on |d|.
+  void add_rows(const ComparedMethod& method, std::uint32_t contacts, const std::vector<Level>& levels,
+                const std::vector<std::vector<std::uint32_t>>& site_sets) {
     std::vector<size_t> rows;
-    for (size_t l = 0; l < levels.size(); ++l) {
-      const Level& level = levels[l];
-      rows_.add_pushes(level.about, method, measured[l]);
-      rows.push_back(rows_.add_method(method, contacts, level.truths, measured[l]));
-      if (method.kind != MethodKind::zone && l + 1 < levels.size()) continue;
-      timers_.push_back({std::exchange(rows, {}), method.carried,
-                         MethodTimer(*method.pack, method.model, method.rings, method.iterations, timed_sets,
-                                     level.truths.part)});
+    for (const Level& level : levels) {
+      const std::vector<MeasuredPush> measured = measure_pushes(
+          level.truths.truths, [&] { return runtime_method(opened_, method.model, contacts, method.rings); },
+          jobs_);
+      rows_.add_pushes(level.about, method, measured);
+      rows.push_back(rows_.add_method(method, static_cast<int>(contacts), level.truths, measured));
+      if (method.kind != MethodKind::zone && &level != &levels.back()) continue;
+      timers_.push_back({std::exchange(rows, {}),
+                         MethodTimer(opened_, method.model, method.rings, site_sets, level.truths.part)});
+    }
+  }
+
+  // Full Newton is the truth: its errors stay 0.
+  void time_newton(double part, const std::vector<std::uint32_t>& sites) {
+    MethodRow row;
+    row.kind = MethodKind::newton;
+    row.name = "full Newton, warm";
+    row.contacts = static_cast<int>(sites.size());
+    row.part = part;
+    try {
+      row.haptic = time_full_newton(organ_, sites, part, effort_.newton_frames);
+      report_.methods.push_back(row);
+    } catch (const std::runtime_error& error) {
+      report_.notes.push_back(
+          fmt::format("Full Newton is not timed for {} contacts: {}.", row.contacts, error.what()));
     }
   }
 
@@ -236,10 +195,8 @@ class Measurement {
     // Interleaved rounds expose all methods to the same load of the machine.
     for (int round = 0; round < rounds; ++round) {
       for (Timed& timed : timers_) {
-        const double seconds = timed.carried ? effort_.seconds : effort_.seconds_of_settings;
-        const int cold_frames = timed.carried ? effort_.cold_frames : effort_.cold_frames_of_settings;
-        timed.timer.time_round(seconds / rounds, effort_.most_frames / rounds,
-                               round + 1 < rounds ? 0 : cold_frames, &caches);
+        timed.timer.time_round(effort_.seconds / rounds, effort_.most_frames / rounds,
+                               round + 1 < rounds ? 0 : effort_.cold_frames, &caches);
         bar.show(++done);
       }
     }
@@ -249,50 +206,32 @@ class Measurement {
     timers_.clear();
   }
 
-  void time_copies() {
+  void time_smallest_copy() {
     constexpr int kCopies = 2000;
-    for (const ComparedMethod& method : carried_methods(opened_)) {
-      for (const pack::FrameCost* cost : *opened_.tables().costs()) {
-        if (runtime_model(cost->model()) != method.model ||
-            method.rings != (method.model == PAL_MODEL_ZONE ? opened_.info().zone_rings : 0))
-          continue;
-        const Timing timing = time_copy(method.name, cost->field_bytes(), kCopies);
-        report_.copies.push_back({method.name, static_cast<double>(cost->field_bytes()) / 1024,
-                                  palpate::summary_of(timing.nanoseconds, {})});
-      }
-    }
-  }
-
-  // Returns the method's site numbers for the organ's sites.
-  std::vector<std::uint32_t> sites_of(const ComparedMethod& method) const {
-    return method.pack == &opened_ ? all_sites() : others_->sites();
-  }
-
-  std::vector<std::uint32_t> all_sites() const {
-    std::vector<std::uint32_t> sites(organ_.sites.sites.size());
-    for (size_t i = 0; i < sites.size(); ++i) sites[i] = static_cast<std::uint32_t>(i);
-    return sites;
+    std::vector<std::uint64_t> fields;  // bytes
+    for (const pack::FrameCost* cost : *opened_.tables().costs()) fields.push_back(cost->field_bytes());
+    if (fields.empty()) return;
+    const std::uint64_t bytes = *std::min_element(fields.begin(), fields.end());
+    const Timing timing = time_copy("", bytes, kCopies);
+    report_.smallest_copy = {static_cast<double>(bytes) / 1024, summary_of(timing.nanoseconds, {})};
   }
 
   const OpenedPack& opened_;
   const Organ& organ_;
-  const SampleStore* store_;
   const ReportEffort& effort_;
   std::int64_t seed_;
   int jobs_;
   std::vector<double> parts_;  // fractions of the largest |d| in the comparison
   OrganReport report_;
   ReportRows rows_;
-  std::unique_ptr<OtherSettings> others_;  // the timers refer to these packs
   std::vector<Timed> timers_;
 };
 
 }  // namespace
 
-OrganReport measure_organ(const OpenedPack& opened, const Organ& organ, const SampleStore* store,
-                          const ReportEffort& effort, std::int64_t seed, int jobs,
-                          const std::filesystem::path& map) {
-  return Measurement(opened, organ, store, effort, seed, jobs).run(map);
+OrganReport measure_organ(const OpenedPack& opened, const Organ& organ, const ReportEffort& effort,
+                          std::int64_t seed, int jobs, const std::filesystem::path& map) {
+  return Measurement(opened, organ, effort, seed, jobs).run(map);
 }
 
 }  // namespace palpate

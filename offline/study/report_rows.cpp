@@ -23,12 +23,10 @@ ErrorSummary summary_of(const std::vector<MeasuredPush>& pushes, const std::vect
 
 }  // namespace
 
-MethodRow method_row(const MethodName& method, int contacts, const LevelTruths& level,
+MethodRow method_row(const std::string& name, int contacts, const LevelTruths& level,
                      const std::vector<MeasuredPush>& pushes) {
   MethodRow row;
-  row.kind = method.kind;
-  row.name = method.name;
-  row.carried = method.carried;
+  row.name = name;
   row.contacts = contacts;
   row.part = level.part;
   row.pushes = static_cast<int>(std::count_if(level.truths.begin(), level.truths.end(),
@@ -39,14 +37,6 @@ MethodRow method_row(const MethodName& method, int contacts, const LevelTruths& 
   row.displacement_off = summary_of(pushes, level.truths, &MeasuredPush::displacement_off);
   row.force_off = summary_of(pushes, level.truths, &MeasuredPush::force_off);
   return row;
-}
-
-Level Level::first(int count) const {
-  Level level = *this;
-  const size_t kept = std::min(level.about.size(), static_cast<size_t>(count));
-  level.about.resize(kept);
-  level.truths.truths.resize(kept);
-  return level;
 }
 
 ReportRows::ReportRows(const OpenedPack& opened, const Organ& organ, OrganReport& report)
@@ -106,14 +96,13 @@ void ReportRows::add_pushes(const std::vector<PushRow>& about, const MethodName&
     PushRow row = about[i];
     row.name = method.name;
     row.kind = method.kind;
-    row.carried = method.carried;
     row.displacement_error = pushes[i].displacement_error;
     row.force_error = pushes[i].force_error;
     row.force_error_unfloored = pushes[i].force_error_unfloored;
     row.displacement_off = pushes[i].displacement_off;
     row.force_off = pushes[i].force_off;
     constexpr double kNotMeasured = 1;
-    if (row.solved && method.carried && pushes[i].displacement_estimate < kNotMeasured) {
+    if (row.solved && pushes[i].displacement_estimate < kNotMeasured) {
       row.displacement_estimate = pushes[i].displacement_estimate;
       row.force_estimate = pushes[i].force_estimate;
     }
@@ -123,7 +112,8 @@ void ReportRows::add_pushes(const std::vector<PushRow>& about, const MethodName&
 
 size_t ReportRows::add_method(const MethodName& method, int contacts, const LevelTruths& level,
                               const std::vector<MeasuredPush>& pushes) {
-  report_->methods.push_back(method_row(method, contacts, level, pushes));
+  report_->methods.push_back(method_row(method.name, contacts, level, pushes));
+  report_->methods.back().kind = method.kind;
   return report_->methods.size() - 1;
 }
 

@@ -16,19 +16,16 @@ namespace palpate {
 struct Level {
   LevelTruths truths;
   std::vector<PushRow> about;
-  // Returns the first `count` pushes, or all.
-  Level first(int count) const;
 };
 
 // A method's kind and name.
 struct MethodName {
   MethodKind kind = MethodKind::linear;
   std::string name;
-  bool carried = false;
 };
 
-// Summarises one method over a level's pushes; the times remain empty.
-MethodRow method_row(const MethodName& method, int contacts, const LevelTruths& level,
+// Summarises the errors of a method over a level's pushes; kind and times remain empty.
+MethodRow method_row(const std::string& name, int contacts, const LevelTruths& level,
                      const std::vector<MeasuredPush>& pushes);
 
 class ReportRows {
@@ -46,7 +43,6 @@ class ReportRows {
   // Adds a row to OrganReport::methods; the times remain empty.
   size_t add_method(const MethodName& method, int contacts, const LevelTruths& level,
                     const std::vector<MeasuredPush>& pushes);
-  OrganReport& report() { return *report_; }
 
  private:
   const OpenedPack* opened_;

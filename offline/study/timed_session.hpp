@@ -11,14 +11,12 @@ namespace palpate {
 
 // Has its own memory. Zero values mean:
 //   `zone_rings`: all rings of the pack,
-//   `zone_iterations`: the runtime's default,
 //   `max_tools`: one.
 class TimedSession {
  public:
   TimedSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-               std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0, std::uint32_t max_tools = 0)
-      : TimedSession(opened, config_of(opened, model, max_contacts, zone_rings, zone_iterations, max_tools)) {
-  }
+               std::uint32_t zone_rings = 0, std::uint32_t max_tools = 0)
+      : TimedSession(opened, config_of(opened, model, max_contacts, zone_rings, max_tools)) {}
 
   // A frame; repeated after the refining lane's work, where the lane has to prepare a zone first.
   void haptic(std::span<const pal_contact> contacts) {
@@ -68,11 +66,9 @@ class TimedSession {
     require_ok(session_.init(opened.pack(), config, arena_.bytes()), "session");
   }
   static pal_session_config config_of(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
-                                      std::uint32_t zone_rings, std::uint32_t zone_iterations,
-                                      std::uint32_t max_tools) {
+                                      std::uint32_t zone_rings, std::uint32_t max_tools) {
     pal_session_config config = pal_default_session_config(opened.pack().get());
     config.zone_rings = zone_rings;
-    config.zone_iterations = zone_iterations;
     config.model = model;
     config.max_contacts = max_contacts;
     config.max_tools = std::max(1u, max_tools);

@@ -151,8 +151,8 @@ TEST(IncludeDirections, EveryWrongDirectionIsSeen) {
   EXPECT_TRUE(seen("runtime/src/frame.cpp", "<vector>"));
   EXPECT_TRUE(seen("runtime/src/linear/linear_dd.cpp", "\"runtime/src/zone/zone_set.hpp\""));
   EXPECT_TRUE(seen("runtime/src/tools/tools.cpp", "\"runtime/src/session/recording.hpp\""));
-  EXPECT_TRUE(seen("offline/pipeline/ranks.cpp", "\"offline/study/held_organ.hpp\""));
-  EXPECT_TRUE(seen("offline/study/held_organ.cpp", "\"offline/report/html_page.hpp\""));
+  EXPECT_TRUE(seen("offline/pipeline/ranks.cpp", "\"offline/study/organ_report.hpp\""));
+  EXPECT_TRUE(seen("offline/study/organ_report.cpp", "\"offline/report/html_page.hpp\""));
 }
 
 TEST(IncludeDirections, RightDirectionsPass) {

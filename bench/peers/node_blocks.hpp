@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "offline/study/held_contacts.hpp"
+#include "bench/peers/held_contacts.hpp"
 
-namespace palpate {
+namespace palpate::peers {
 
 class NodeBlocks {
  public:
@@ -57,4 +57,4 @@ class NodeBlocks {
   std::vector<Eigen::Matrix3d> blocks_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::peers

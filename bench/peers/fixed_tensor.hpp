@@ -6,16 +6,15 @@
 
 #include <algorithm>
 
-#include "offline/study/back_solve.hpp"
+#include "bench/peers/back_solve.hpp"
 
-namespace palpate {
+namespace palpate::peers {
 
 class FixedTensor {
  public:
-  // Solves for each of the 3 k columns, in blocks. `rows`: rows of u_f in the tensor; null: all rows.
-  FixedTensor(const HeldContacts& held, BackSolve& back_solve, const std::vector<int>* rows = nullptr)
-      : tensor_(rows == nullptr ? held.free_free.rows() : static_cast<Eigen::Index>(rows->size()),
-                held.free_contact.cols()),
+  // Solves for each of the 3 k columns, in blocks.
+  FixedTensor(const HeldContacts& held, BackSolve& back_solve)
+      : tensor_(held.free_free.rows(), held.free_contact.cols()),
         force_tensor_(tensor_.cols(), tensor_.cols()) {
     constexpr Eigen::Index kBlock = 48;
     const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(tensor_.cols(), tensor_.cols());
@@ -23,24 +22,17 @@ class FixedTensor {
       const Eigen::Index width = std::min(kBlock, tensor_.cols() - first);
       const Eigen::MatrixXd d = unit.middleCols(first, width);
       const Eigen::MatrixXd free = back_solve.solve(d);
-      if (rows == nullptr) {
-        tensor_.middleCols(first, width) = free.cast<pal_real>();
-      } else {
-        tensor_.middleCols(first, width) = free(*rows, Eigen::all).cast<pal_real>();
-      }
+      tensor_.middleCols(first, width) = free.cast<pal_real>();
       force_tensor_.middleCols(first, width) =
           held.free_contact.transpose() * free + held.contact_contact * d;
     }
   }
 
   void frame(const Eigen::VectorXd& d) {
-    field_frame(d);
-    force_frame(d);
+    displacement_.noalias() = tensor_ * d.cast<pal_real>();
+    force_.noalias() = force_tensor_ * d;
   }
-  void field_frame(const Eigen::VectorXd& d) { displacement_.noalias() = tensor_ * d.cast<pal_real>(); }
-  void force_frame(const Eigen::VectorXd& d) { force_.noalias() = force_tensor_ * d; }
-  // the tensor's rows of u_f in the last frame
-  const RealVector& displacement() const { return displacement_; }
+  const RealVector& displacement() const { return displacement_; }  // u_f of the last frame
   const Eigen::VectorXd& force() const { return force_; }
 
  private:
@@ -50,4 +42,4 @@ class FixedTensor {
   Eigen::VectorXd force_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::peers

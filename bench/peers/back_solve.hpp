@@ -4,9 +4,9 @@
 #include <Eigen/CholmodSupport>
 #include <stdexcept>
 
-#include "offline/study/held_contacts.hpp"
+#include "bench/peers/held_contacts.hpp"
 
-namespace palpate {
+namespace palpate::peers {
 
 class BackSolve {
  public:
@@ -32,4 +32,4 @@ class BackSolve {
   Eigen::VectorXd displacement_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::peers

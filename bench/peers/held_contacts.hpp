@@ -1,5 +1,5 @@
-// The common problem of all linear methods: a linear body at rest, k contacts with displacement d. With free
-// equations f, contact equations c, and rigid patches:
+// The common problem of all linear methods: a linear body at rest, k contacts of one node each, with displacement d.
+// With free equations f and contact equations c:
 //   K_ff u_f = -K_fc d,   force on the contacts K_cf u_f + K_cc d.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 #include "offline/fem/assembly.hpp"
 
-namespace palpate {
+namespace palpate::peers {
 
 using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
 using SparseColumns = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
@@ -24,24 +24,16 @@ struct HeldContacts {
   Eigen::MatrixXd contact_contact;
   std::vector<int> free_dofs;  // dofs of the model
 
-  // Contacts of one node each; `nodes`: of the model, with three free dofs each.
-  HeldContacts(const Assembly& assembly, const std::vector<int>& nodes)
-      : HeldContacts(assembly, patches_of(nodes), Eigen::VectorXd::Zero(assembly.num_dofs())) {}
-
-  // `patches`: disjoint sets of nodes of the model, with three free dofs each; `rest`: all dofs.
-  HeldContacts(const Assembly& assembly, const std::vector<std::vector<int>>& patches,
-               const Eigen::VectorXd& rest) {
+  // `nodes`: of the model, with three free dofs each.
+  HeldContacts(const Assembly& assembly, const std::vector<int>& nodes) {
     SparseLower lower;
-    assembly.tangent(rest, false, lower);
+    assembly.tangent(Eigen::VectorXd::Zero(assembly.num_dofs()), false, lower);
     const Sparse all = lower.selfadjointView<Eigen::Lower>();
-    const int num_contact = 3 * static_cast<int>(patches.size());
+    const int num_contact = 3 * static_cast<int>(nodes.size());
     std::vector<int> place(static_cast<size_t>(all.rows()), -1);  // place of an equation; contact c is -2 - c
-    for (size_t contact = 0; contact < patches.size(); ++contact) {
-      for (const int node : patches[contact]) {
-        for (int axis = 0; axis < 3; ++axis)
-          place[static_cast<size_t>(assembly.dof_equations()[static_cast<size_t>(3 * node + axis)])] =
-              -2 - static_cast<int>(3 * contact) - axis;
-      }
+    for (int c = 0; c < num_contact; ++c) {
+      const int dof = 3 * nodes[static_cast<size_t>(c / 3)] + c % 3;
+      place[static_cast<size_t>(assembly.dof_equations()[static_cast<size_t>(dof)])] = -2 - c;
     }
     for (size_t equation = 0; equation < place.size(); ++equation) {
       if (place[equation] != -1) continue;
@@ -70,13 +62,6 @@ struct HeldContacts {
   Eigen::VectorXd force(const Eigen::VectorXd& free, const Eigen::VectorXd& d) const {
     return free_contact.transpose() * free + contact_contact * d;
   }
-
- private:
-  static std::vector<std::vector<int>> patches_of(const std::vector<int>& nodes) {
-    std::vector<std::vector<int>> patches;
-    for (const int node : nodes) patches.push_back({node});
-    return patches;
-  }
 };
 
-}  // namespace palpate
+}  // namespace palpate::peers

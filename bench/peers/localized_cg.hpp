@@ -10,9 +10,9 @@
 #include <cmath>
 #include <vector>
 
-#include "offline/study/node_blocks.hpp"
+#include "bench/peers/node_blocks.hpp"
 
-namespace palpate {
+namespace palpate::peers {
 
 class LocalizedCg {
  public:
@@ -112,4 +112,4 @@ class LocalizedCg {
   int iterations_ = 0;
 };
 
-}  // namespace palpate
+}  // namespace palpate::peers
