@@ -31,7 +31,7 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = chosen.empty() ? app : *chosen.front();
   const std::string name = chosen.empty() ? "palpate" : "palpate " + command.get_name();
   std::string reason = error.what();
-  // An unknown word explains the mistake better than a missing option.
+  // CLI11 reports a missing option before an unknown word. The unknown word explains the mistake better.
   if (const std::vector<std::string> words = app.remaining(true); !words.empty()) {
     const std::string& word = words.front();
     std::vector<std::string> known;
@@ -45,8 +45,6 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
     } else if (chosen.empty()) {
       for (const CLI::App* one : app.get_subcommands(nullptr)) known.push_back(one->get_name());
       reason = "there is no command " + word + palpate::did_you_mean(word, known);
-    } else {
-      reason = "the argument " + word + " is one too many";
     }
   }
   return name + ": " + reason + "; see '" + name + " --help'";

@@ -173,7 +173,6 @@ struct DraftStep {
 };
 
 struct Draft {
-  std::string heading;
   std::vector<DraftNode> nodes;
   std::vector<DraftElement> elements;
   DraftSets node_sets;

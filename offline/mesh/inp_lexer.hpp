@@ -47,7 +47,7 @@ class InpLexer {
   // Opens the model file. All files must lie below `include_root`. Empty: only included files must, and the root is the
   // folder of the model file.
   // Throws InputError when a file cannot be read.
-  explicit InpLexer(const std::filesystem::path& file, const std::filesystem::path& include_root = {});
+  InpLexer(const std::filesystem::path& file, const std::filesystem::path& include_root);
   ~InpLexer();
 
   // Skips remaining data lines and returns the next keyword line; null at the end of the model.

@@ -24,12 +24,6 @@ void read_op(const InpLexer& lexer, const KeywordLine& keyword, DraftOp& op) {
   op = {true, is_new};
 }
 
-// Suggests a near name, or the keyword that defines a new one.
-std::string remedy_for(const std::string& name, const std::vector<std::string>& known, const char* keyword) {
-  const std::string suggestion = did_you_mean(name, known);
-  return suggestion.empty() ? std::string("; define it with ") + keyword : suggestion;
-}
-
 // Reads a required magnitude: an empty field is more likely an omission than 0.
 double magnitude_of(const InpLexer& lexer, const DataLine& line, const FieldReader& fields) {
   if (fields.is_empty(2)) lexer.fail(line.place, "the magnitude is missing; write it in the third field");
@@ -53,10 +47,10 @@ int amplitude_of(const InpLexer& lexer, const KeywordLine& keyword, const Draft&
     names.push_back(amplitude.name);
   }
   lexer.fail(keyword.place, "amplitude " + printable(name) + " is not defined above this line" +
-                                remedy_for(name, names, "*AMPLITUDE"));
+                                did_you_mean(name, names, "; define it with *AMPLITUDE"));
 }
 
-// Reads OP= and AMPLITUDE= of a load. Refuses other parameters, except the parameters in `more`.
+// Reads OP= and AMPLITUDE= of a load. Refuses other parameters, except `others`.
 int read_load_parameters(const InpLexer& lexer, const KeywordLine& keyword, const Draft& draft, DraftOp& op,
                          std::initializer_list<std::string_view> others = {}) {
   std::vector<std::string_view> known = {"OP", "AMPLITUDE"};
@@ -238,7 +232,7 @@ void read_dsload(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
       lexer.fail(line->place, "surface " + printable(name) + " is not defined above this line" +
-                                  remedy_for(name, names, "*SURFACE"));
+                                  did_you_mean(name, names, "; define it with *SURFACE"));
     }
     const int surface = static_cast<int>(found - names.begin());
     const std::string kind = normalised_name(fields.text(1));

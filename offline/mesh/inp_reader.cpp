@@ -3,6 +3,7 @@
 #include <array>
 
 #include "offline/mesh/inp_draft.hpp"
+#include "offline/mesh/inp_fields.hpp"
 #include "offline/mesh/inp_lexer.hpp"
 #include "offline/mesh/inp_load_keywords.hpp"
 #include "offline/mesh/inp_material_keywords.hpp"
@@ -25,35 +26,28 @@ struct KeywordRule {
   void (*read)(InpLexer&, const KeywordLine&, Draft&);
 };
 
-void read_heading(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
+// The lines below *HEADING are text for people.
+void read_heading(InpLexer& lexer, const KeywordLine& keyword, Draft&) {
   lexer.allow_parameters(keyword, {});
-  while (const DataLine* line = lexer.next_data()) {
-    if (!draft.heading.empty()) draft.heading += '\n';
-    draft.heading += line->text;
+  while (lexer.next_data() != nullptr) {
   }
 }
 
 // Output requests do not change the model: `solve` writes the whole field. With *STATIC, RIKS the requested
 // node sets are watched along the path.
 void read_output_request(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
-  for (const char* set : {"NSET", "ELSET"}) {
-    const Parameter* parameter = keyword.find(set);
-    if (parameter == nullptr || !parameter->value) continue;
-    const bool nodes = set[0] == 'N';
-    const DraftSets& sets = nodes ? draft.node_sets : draft.element_sets;
-    if (sets.find(normalised_name(*parameter->value)) < 0) {
-      lexer.fail(keyword.place, std::string(nodes ? "node set " : "element set ") +
-                                    printable(normalised_name(*parameter->value)) +
-                                    " is not defined above this line" +
-                                    did_you_mean(normalised_name(*parameter->value), sets.names()));
-    }
-  }
+  const auto named_set = [&](const char* parameter, const DraftSets& sets, const char* kind) {
+    const Parameter* found = keyword.find(parameter);
+    if (found == nullptr || !found->value) return -1;
+    return known_set(lexer, sets, kind, *found->value, keyword.place);
+  };
+  const int nodes = named_set("NSET", draft.node_sets, "node set");
+  named_set("ELSET", draft.element_sets, "element set");
   const auto warn = [&](Place place, const std::string& message) {
     draft.warnings.emplace_back(InputError(lexer.files().at(place), message).what());
   };
   std::optional<DraftRiks>& riks = draft.steps.back().riks;
-  const Parameter* nodes = keyword.find("NSET");
-  const bool watches = riks && keyword.name != "ELFILE" && nodes != nullptr && nodes->value;
+  const bool watches = riks && keyword.name != "ELFILE" && nodes >= 0;
   while (const DataLine* line = lexer.next_data()) {
     for (const std::string_view field : line->fields) {
       if (watches && !field.empty() && normalised_name(field) != "U")
@@ -61,7 +55,7 @@ void read_output_request(InpLexer& lexer, const KeywordLine& keyword, Draft& dra
     }
   }
   if (watches) {
-    riks->watched.push_back({draft.node_sets.find(normalised_name(*nodes->value)), keyword.place});
+    riks->watched.push_back({nodes, keyword.place});
   } else {
     warn(keyword.place, keyword.shown + " is passed over: results are written for every node");
   }
@@ -112,9 +106,8 @@ constexpr std::array kRemedies = {
   }
   std::vector<std::string> known = {"*INCLUDE"};
   for (const KeywordRule& rule : kRules) known.emplace_back(rule.shown);
-  const std::string suggestion = did_you_mean(keyword.shown, known);
   lexer.fail(keyword.place,
-             keyword.shown + " is not supported" + (suggestion.empty() ? "; remove it" : suggestion));
+             keyword.shown + " is not supported" + did_you_mean(keyword.shown, known, "; remove it"));
 }
 
 const KeywordRule& rule_of(const InpLexer& lexer, const KeywordLine& keyword) {

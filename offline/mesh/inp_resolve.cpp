@@ -44,7 +44,6 @@ class Resolver {
       : draft_(draft), files_(files) {
     model_.file = file;
     model_.files = files_.names();
-    model_.heading = draft.heading;
     model_.warnings = draft.warnings;
   }
 
@@ -144,10 +143,8 @@ class Resolver {
       if (material.name == section.material) return static_cast<int>(names.size());
       names.push_back(material.name);
     }
-    fail(section.place,
-         "material " + printable(section.material) + " is not defined" +
-             (nearest_name(section.material, names).empty() ? "; define it with *MATERIAL"
-                                                            : did_you_mean(section.material, names)));
+    fail(section.place, "material " + printable(section.material) + " is not defined" +
+                            did_you_mean(section.material, names, "; define it with *MATERIAL"));
   }
 
   void resolve_sections() {

@@ -135,7 +135,6 @@ struct Step {
 };
 
 struct Model {
-  std::string heading;
   std::string file;
   std::vector<std::string> files;          // `file` first, then its includes
   std::vector<int> labels;                 // node label of each node, in the order of the file

@@ -188,13 +188,9 @@ void check_model(Model& model, const ModelOrigin& origin) {
   }
   check_volumes(model, origin);
   check_faces(model, origin);
-  if (model.steps.empty()) {
-    check_held(model, model.fixed, {model.file, 0});
-    warn_hinged_parts(model, model.fixed);
-  } else {
-    check_held(model, model.steps.front().prescribed, {model.file, 0});
-    warn_hinged_parts(model, model.steps.front().prescribed);
-  }
+  const auto& held = model.steps.empty() ? model.fixed : model.steps.front().prescribed;
+  check_held(model, held, {model.file, 0});
+  warn_hinged_parts(model, held);
   for (std::size_t i = 1; i < model.steps.size(); ++i) {
     if (releases(model.steps[i - 1], model.steps[i]))
       check_held(model, model.steps[i].prescribed, model.steps[i].source);

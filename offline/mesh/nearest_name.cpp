@@ -32,8 +32,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-}  // namespace
-
+// Returns the name in `known` with the fewest letter changes from `name`, ignoring case; the first of equals.
+// Empty where more than a third of the letters differ.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& known) {
   // The table is quadratic, and no misspelt name is this long.
   constexpr std::size_t kLongest = 200;
@@ -51,9 +51,12 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
   return nearest;
 }
 
-std::string did_you_mean(std::string_view name, const std::vector<std::string>& known) {
+}  // namespace
+
+std::string did_you_mean(std::string_view name, const std::vector<std::string>& known,
+                         std::string_view otherwise) {
   const std::string nearest = nearest_name(name, known);
-  return nearest.empty() ? std::string() : "; did you mean " + nearest + "?";
+  return nearest.empty() ? std::string(otherwise) : "; did you mean " + nearest + "?";
 }
 
 }  // namespace palpate

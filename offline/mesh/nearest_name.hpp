@@ -7,11 +7,8 @@
 
 namespace palpate {
 
-// Returns the name in `known` with the fewest letter changes from `name`, ignoring case; the first of equals.
-// Empty where more than a third of the letters differ.
-std::string nearest_name(std::string_view name, const std::vector<std::string>& known);
-
-// "; did you mean PROBE?", or "" where no name is near.
-std::string did_you_mean(std::string_view name, const std::vector<std::string>& known);
+// "; did you mean PROBE?", or `otherwise` where no name in `known` is near.
+std::string did_you_mean(std::string_view name, const std::vector<std::string>& known,
+                         std::string_view otherwise = {});
 
 }  // namespace palpate

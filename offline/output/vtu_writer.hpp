@@ -17,36 +17,31 @@
 
 namespace palpate {
 
-// VTK's cell type numbers. VTK and Abaqus (S3, C3D4, C3D10) order the nodes of a cell alike.
-enum class VtuCell : std::uint8_t { kTriangle = 5, kTetrahedron = 10, kQuadraticTetrahedron = 24 };
+// VTK's cell type numbers. VTK and Abaqus (C3D4, C3D10) order the nodes of a cell alike.
+enum class VtuCell : std::uint8_t { kTetrahedron = 10, kQuadraticTetrahedron = 24 };
 
-int nodes_per_cell(VtuCell cell);  // 3, 4, 10
-
-// A named field over the points or over the cells.
-struct VtuArray {
+// Named fields. Names are plain words: the writer escapes nothing.
+struct VtuVectors {
   std::string name;
-  int components = 1;          // 1 a scalar, 3 a vector (x, y, z)
-  std::vector<double> values;  // count * components, the components of one point or cell side by side
+  std::vector<double> values;  // x, y, z of each point
 };
 
-struct VtuIntegerArray {
+struct VtuIntegers {
   std::string name;
   std::vector<int> values;  // one a point or cell
 };
 
 struct VtuMesh {
-  std::vector<Eigen::Vector3d> points;  // length unit
+  std::vector<Eigen::Vector3d> points;  // length unit; at least one
   std::vector<VtuCell> cells;
-  std::vector<int> connectivity;  // indices in `points`, nodes_per_cell(cell) for each cell in turn
-  std::vector<VtuArray> point_data;
-  std::vector<VtuIntegerArray> point_integers;  // e.g. node labels of the input
-  std::vector<VtuArray> cell_data;
-  std::vector<VtuIntegerArray> cell_integers;  // e.g. material of each element
+  std::vector<int> connectivity;  // indices in `points`, the 4 or 10 nodes of each cell in turn
+  std::vector<VtuVectors> point_vectors;
+  std::vector<VtuIntegers> point_integers;  // e.g. node labels of the input
+  std::vector<VtuIntegers> cell_integers;   // e.g. material of each element
 };
 
 // Writes the whole file or none. Keeps values that are not finite, so that a failed state can be viewed.
-// Throws std::invalid_argument where sizes, indices or names do not match, std::runtime_error "PATH: REASON"
-// where the file cannot be written.
+// Throws std::runtime_error "PATH: REASON; REMEDY" where the file cannot be written.
 void write_vtu(const VtuMesh& mesh, const std::filesystem::path& path);
 
 }  // namespace palpate

@@ -118,7 +118,7 @@ TEST(CommandLine, MistakesAreNamedWithTheRightHelp) {
   EXPECT_EQ(refusal_of({"solve", "a.inp"}),
             "palpate solve: --output is required; see 'palpate solve --help'");
   EXPECT_EQ(refusal_of({"info", "a", "b"}),
-            "palpate info: the argument b is one too many; see 'palpate info --help'");
+            "palpate info: The following argument was not expected: b; see 'palpate info --help'");
   EXPECT_EQ(refusal_of({"eval", "a.pack", "-o", ""}),
             "palpate: argument 4 is empty, behind -o; name a file or give a value");
   EXPECT_EQ(refusal_of({""}), "palpate: argument 1 is empty; name a file or give a value");

@@ -8,7 +8,6 @@ namespace inp_reader_test {
 
 TEST_F(InpReader, ReadsABody) {
   const Model model = read("*HEADING\nTwo tetrahedra\nmade by hand\n" + kBody);
-  EXPECT_EQ(model.heading, "Two tetrahedra\nmade by hand");
   EXPECT_EQ(without_folder(model.file), "organ.inp");
   EXPECT_EQ(model.labels, (std::vector<int>{1, 2, 3, 4, 5}));
   EXPECT_EQ(model.positions[4], Eigen::Vector3d(1, 1, 1));
