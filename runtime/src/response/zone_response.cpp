@@ -177,7 +177,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
       contacts, contacts + count, [](const pal_contact& contact) { return contact.force_axes != 0; });
   // The steps of force control share the frame's iterations.
   for (uint32_t left = tissue.config->zone_iterations;;) {
-    answer = solve_zone(pack, tissue.displacements, left, !are_forces_given, tissue.zone);
+    answer = solve_zone(pack, tissue.displacements, left, are_forces_given, tissue.zone);
     left -= answer.iterations;
     fill_zone_field(pack, tissue.zone, field);
     for (uint32_t c = 0; c < count; ++c) {

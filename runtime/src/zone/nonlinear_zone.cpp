@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "runtime/src/linear/linear_point.hpp"
+#include "runtime/src/numerics/product.hpp"
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/zone/zone_inclusion.hpp"
 #include "runtime/src/zone/zone_motion.hpp"
@@ -20,21 +21,46 @@ constexpr double kConverged = 1e-4;
 // A frame whose contacts stand still in a refined zone iterates until kConverged times this is reached, if its iterations
 // suffice. The errors that a frame leaves are noise for the lane's acceleration.
 constexpr double kAtRest = 1e-4;
+// A last step that no evaluation follows leaves this part of the error at most, as nothing measures what it leaves. Given
+// forces are compared with the contacts' forces, so that frames with given forces measure them.
+constexpr double kUnmeasured = 0.25;
 constexpr double kMostLeft =
     0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
 constexpr double kLargest = 1e60;  // displacement, model units
 
-// A Newton step, or as much of it as leaves all elements upright. Its length, of the largest component; negative where
-// there was no way: nothing has moved then.
-double take_step(ZoneFrame& frame, ZoneGroup& group) {
+// Whether a step ends a solve, so that the group need not be evaluated after it: it leaves at most the length
+// `unmeasured`, no element is near inversion, and the tangent is not in doubt.
+bool is_last_step(const ZoneFrame& frame, const ZoneGroup& group, double length, double unmeasured) {
+  constexpr double kSafeJacobian = 0.1;
+  constexpr double kLongest = 0.01;  // mean surface edges
+  const double edges = length / frame.pack.mean_surface_edge;
+  const double expected = contraction(frame, group);
+  return length * std::max(expected, kStiffening * edges) <= unmeasured && expected <= kMostLeft &&
+         !group.tangent.is_shifted && edges <= kLongest && group.smallest_jacobian > kSafeJacobian;
+}
+
+// What a Newton step has come to.
+struct Stepped {
+  double length;      // of the largest component; negative where there was no way: nothing has moved then
+  bool is_evaluated;  // else the group's forces and energy are those before the step
+};
+
+// A Newton step, or as much of it as leaves all elements upright. `unmeasured`: as for is_last_step().
+Stepped take_step(ZoneFrame& frame, double unmeasured, ZoneGroup& group) {
   const double* step = find_step(frame, group);
   double longest = 0;
   for (uint32_t i = 0; i < group.unknowns; ++i) {
     const double size = fabs(step[i]);
-    if (!(size <= kLargest)) return -1;
+    if (!(size <= kLargest)) return {-1, true};
     longest = std::max(longest, size);
   }
   save_group(frame, group);
+  if (is_last_step(frame, group, longest, unmeasured)) {
+    add_to_unknowns(frame, group, step, -1);
+    follow_pressures(group.batches, frame.work.saved, frame.set.displacement, 1);
+    count_move(group, longest);
+    return {longest, false};
+  }
   double part = 1;
   for (uint32_t cut = 0; cut <= kMostCuts; ++cut, part *= 0.5) {
     add_to_unknowns(frame, group, step, -part);
@@ -42,30 +68,29 @@ double take_step(ZoneFrame& frame, ZoneGroup& group) {
       if (cut > 0) frame.flags |= PAL_FLAG_UNCONVERGED;
       follow_pressures(group.batches, frame.work.saved, frame.set.displacement, part);
       count_move(group, part * longest);
-      return longest;
+      return {longest, true};
     }
     restore_group(frame, group);
   }
   evaluate_group(frame, group);
-  return -1;
+  return {-1, true};
 }
 
-// One iteration, after find_residual(). The length of its step; negative where there was no way on.
-// `is_bounded`: ZoneState's.
-double iterate(ZoneFrame& frame, bool is_bounded, ZoneGroup& group, bool& is_renewed) {
+// One iteration, after find_residual(). `is_bounded`: ZoneState's. `unmeasured`: as for is_last_step().
+Stepped iterate(ZoneFrame& frame, bool is_bounded, double unmeasured, ZoneGroup& group, bool& is_renewed) {
   const auto renew = [&] {
     if (is_renewed && is_bounded) return false;
     is_renewed = true;
     return make_tangent(frame, group);
   };
   const bool is_bad = !group.has_tangent || group.tangent.left > kMostLeft || is_outdated(frame, group);
-  if (is_bad && !renew() && !group.has_tangent) return -1;
-  double step = take_step(frame, group);
-  if (step < 0) {
+  if (is_bad && !renew() && !group.has_tangent) return {-1, true};
+  Stepped step = take_step(frame, unmeasured, group);
+  if (step.length < 0) {
     find_residual(frame, group);
-    step = renew() ? take_step(frame, group) : -1;
+    if (renew()) step = take_step(frame, unmeasured, group);
   }
-  group.has_tangent = step >= 0;
+  group.has_tangent = step.length >= 0;
   if (group.tangent.is_shifted) frame.flags |= PAL_FLAG_UNCONVERGED;
   return step;
 }
@@ -84,6 +109,14 @@ void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   if (residual_before > 0) group.tangent.left = sqrt(size_of_residual(frame, group) / residual_before);
   if (group.has_tangent) find_forces(frame, group);
   group.stored = stored_energy(frame, group);
+}
+
+// The same after a last step s, by the residual r and the energy E before it and the tangent K: E - r . s + s . K s / 2 =
+// E - r . s / 2. find_forces() goes to the end of the step by itself.
+void conclude_last(ZoneFrame& frame, ZoneGroup& group) {
+  find_forces(frame, group);
+  group.stored =
+      stored_energy(frame, group) - 0.5 * product(frame.work.residual, group.tangent.step, group.unknowns);
 }
 
 // On its way to a balance Newton passes states in which elements are all but inverted, and bear many times what they come
@@ -165,24 +198,33 @@ struct Solved {
   bool done;       // it is in balance
 };
 
-// Newton iterations of a group whose contacts have moved, at least one. `size`: length that the accuracy refers to, and
-// `goal` a factor on that accuracy.
-Solved solve_group(ZoneFrame& frame, uint32_t iterations, double size, double goal, bool is_bounded,
-                   bool is_renewed, ZoneGroup& group) {
+// Lengths of errors of displacements.
+struct Goal {
+  double converged;   // a group with such an error is in balance
+  double left;        // iterations go on beyond it
+  double unmeasured;  // as for is_last_step()
+};
+
+// Newton iterations of a group whose contacts have moved, at least one.
+Solved solve_group(ZoneFrame& frame, uint32_t iterations, const Goal& goal, bool is_bounded, bool is_renewed,
+                   ZoneGroup& group) {
   Solved solved = {};
-  const auto is_done = [&](double part) {
-    return solved.taken > 0 && !solved.failed && solved.left <= part * kConverged * size;
+  const auto is_done = [&](double error) {
+    return solved.taken > 0 && !solved.failed && solved.left <= error;
   };
-  while (solved.taken < iterations && !solved.failed && !is_done(goal)) {
+  while (solved.taken < iterations && !is_done(goal.left) && !solved.failed) {
     find_residual(frame, group);
     const double before = size_of_residual(frame, group);
-    const double step = iterate(frame, is_bounded, group, is_renewed);
-    solved.failed = step < 0;
-    conclude(frame, step > kConverged * size ? before : 0, group);
-    solved.left = step * contraction(frame, group);
+    const Stepped step = iterate(frame, is_bounded, goal.unmeasured, group, is_renewed);
+    solved.failed = step.length < 0;
+    if (step.is_evaluated)
+      conclude(frame, step.length > goal.converged ? before : 0, group);
+    else
+      conclude_last(frame, group);
+    solved.left = step.length * contraction(frame, group);
     ++solved.taken;
   }
-  solved.done = is_done(1);
+  solved.done = is_done(goal.converged);
   return solved;
 }
 
@@ -222,8 +264,8 @@ bool keep_or_go_back(ZoneFrame& frame, const double* wanted, double size, const 
 
 }  // namespace
 
-ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations, bool polishes,
-                      ZoneState& state) {
+ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
+                      bool are_forces_given, ZoneState& state) {
   ZoneSet& set = state.active;
   take_inclusion(pack, state);
   ZoneFrame frame = frame_of(pack, state);
@@ -239,7 +281,10 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     size = std::max({size, length_of(frame, i, displacements[i]), move});
   }
   const bool is_still = farthest <= kStill * pack.mean_surface_edge;
-  const double goal = polishes && set.correction.is_refined && is_still ? kAtRest : 1;
+  Goal goal = {};
+  goal.converged = kConverged * size;
+  goal.left = (!are_forces_given && set.correction.is_refined && is_still ? kAtRest : 1) * goal.converged;
+  goal.unmeasured = are_forces_given ? 0 : kUnmeasured * goal.left;
   bool is_renewed[kMostZoneContacts] = {};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     is_renewed[g] = begin_group(frame, set.groups[g], state.went_back);
@@ -253,7 +298,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   bool converged = set.num_groups > 0;
   if (!converged) answer.iterations = iterations;  // a set that is refused has no use for more
   for (uint32_t g = 0; g < set.num_groups; ++g) {
-    solved[g] = solve_group(frame, iterations, size, goal, state.is_bounded, is_renewed[g], set.groups[g]);
+    solved[g] = solve_group(frame, iterations, goal, state.is_bounded, is_renewed[g], set.groups[g]);
     answer.iterations = std::max(answer.iterations, solved[g].taken);
     answer.left = std::max(answer.left, solved[g].left);
     converged = converged && solved[g].done;

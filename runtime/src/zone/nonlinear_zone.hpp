@@ -36,14 +36,15 @@ struct ZoneAnswer {
 // ever accepted inverted, but of small strains, which know no inversion: where the way there would do so, the contacts
 // follow as far as they can, and go on in the next frame. Where there is no way on, or one that leads astray, they are back
 // where the zone was in balance last, and follow from there in shorter steps; where that fails for long and rest is nearer,
-// or no part of a step is left to take, at rest. Cost of an iteration, for each group: m^2 multiply-adds and twice the
+// or no part of a step is left to take, at rest. Cost of an iteration, for each group: m^2 multiply-adds and the
 // forces of its elements, m = 3 x its nodes, three times where they share volumes. A frame that cannot wait for the tangent
 // of the refining lane makes one (zone_tangent.hpp).
 // Leaves displacements, forces and stiffness of the contacts in the set; on the way to a balance perhaps the forces that the
 // last one and its stiffness tell of.
-// `polishes`: contacts of a refined zone that stand still are solved as exactly as the iterations allow.
-ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations, bool polishes,
-                      ZoneState& state);
+// `are_forces_given`: the caller compares the contacts' forces with given ones, and solves again. Else contacts of a refined
+// zone that stand still are solved as exactly as the iterations allow.
+ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
+                      bool are_forces_given, ZoneState& state);
 
 // Something else answers: the set that did is at rest when it next does.
 void rest_zone(const pal_pack& pack, ZoneState& state);

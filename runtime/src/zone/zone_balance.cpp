@@ -51,6 +51,7 @@ bool evaluate_group(ZoneFrame& frame, ZoneGroup& group) {
   }
   const ZoneStrain strain = add_zone_forces(group.batches, u, work.forces);
   group.energy = strain.energy;
+  group.smallest_jacobian = strain.smallest_jacobian;
   if (!(strain.smallest_jacobian > kLeastJacobian)) return false;
   find_exterior_force(frame, group);
   return true;

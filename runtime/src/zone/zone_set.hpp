@@ -101,7 +101,8 @@ struct ZoneGroup : GroupLayout {
   ZoneTangent tangent;
   ZoneTrend trend;
   ZoneSetbacks setbacks;
-  double energy;     // of the elements, at the last evaluated displacements
+  double energy;             // of the elements, at the last evaluated displacements
+  double smallest_jacobian;  // det F there
   double stored;     // energy of the group and of the organ outside, at the end of the last solve
   bool has_balance;  // ZoneSet::balanced has a balance of the group; else the state where the group began
   double stored_in_balance;  // `stored` at the last balance

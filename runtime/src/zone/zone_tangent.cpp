@@ -99,8 +99,6 @@ bool is_outdated(const ZoneFrame& frame, const ZoneGroup& group) {
 }
 
 double contraction(const ZoneFrame& frame, const ZoneGroup& group) {
-  constexpr double kStiffening =
-      2;  // by a move of one mean edge, of the stiffness: elements at a patch are strained by 1
   constexpr double kOfShifted = 0.5;
   const double expected = kStiffening * group.tangent.moved / frame.pack.mean_surface_edge;
   return std::min(1.0, std::max(group.tangent.is_shifted ? std::max(expected, kOfShifted) : expected,

@@ -32,6 +32,9 @@ void count_solve(const ZoneFrame& frame, ZoneGroup& group);
 // Whether the zone has moved far since the tangent, or has moved and the lane has not handed over another one for long.
 bool is_outdated(const ZoneFrame& frame, const ZoneGroup& group);
 
+// The stiffness changes by this part where a zone moves by one mean surface edge: elements at a patch are strained by 1.
+inline constexpr double kStiffening = 2;
+
 // Of an error, the part that a step leaves: what is expected of how far the tangent's place is, or what the last step
 // has left of the residual, if that is more. 0 .. 1.
 double contraction(const ZoneFrame& frame, const ZoneGroup& group);
