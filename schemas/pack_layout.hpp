@@ -16,7 +16,7 @@ namespace palpate::pack {
 
 inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vector register
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
-inline constexpr uint32_t kFormatVersion = 19;
+inline constexpr uint32_t kFormatVersion = 20;
 inline constexpr uint32_t kPanelNodes = 32;
 inline constexpr uint32_t kPanelRows =
     3 * kPanelNodes;                           // dofs whose coefficients are adjacent in a field panel
@@ -96,32 +96,29 @@ static_assert(sizeof(CompressedBlock) == 8);
 inline constexpr uint32_t kBlockUnit = 4;  // numbers
 inline constexpr uint32_t kRankStep = 4;   // 3 kRankStep numbers are whole units
 
-// A node of NonlinearZone, or of Organ, where num_outside is 0.
-struct ZoneNode {
+// A node of Organ.
+struct OrganNode {
   double position[3];      // position in the mesh
   double displacement[3];  // from the mesh position to rest: zero without gravity
   uint32_t packed_node;    // kNoNode: not packed
   uint32_t free_axes;      // bits 0 to 2: axes that the model leaves free
   uint32_t first_element;  // its first element in node_elements
-  uint32_t num_elements;   // its elements in the table
-  uint32_t num_outside;    // its elements outside the table
-  uint32_t reserved;       // 0
+  uint32_t num_elements;
 };
-static_assert(sizeof(ZoneNode) == 72);
+static_assert(sizeof(OrganNode) == 64);
 
-inline constexpr uint32_t kZoneElementNodes = 10;
+inline constexpr uint32_t kOrganElementNodes = 10;
 
-// An element of NonlinearZone: a tetrahedron of four or ten nodes, in the order of C3D4 and C3D10.
-struct ZoneElement {
-  uint32_t nodes[kZoneElementNodes];  // nodes of NonlinearZone; 0 from num_nodes on
-  uint32_t num_nodes;                 // 4 or 10
+// An element of Organ: a tetrahedron of four or ten nodes, in the order of C3D4 and C3D10.
+struct OrganElement {
+  uint32_t nodes[kOrganElementNodes];  // nodes of Organ; 0 from num_nodes on
+  uint32_t num_nodes;                  // 4 or 10
   uint32_t material;
   // Elements of a volume patch share their volume change (offline/fem/shared_volumes.hpp). They are consecutive, with
-  // ascending patches. In a NonlinearZone the elements without a patch, kNoPatch, come last; in an Organ they may
-  // stand between.
+  // ascending patches. Elements without a patch, kNoPatch, may stand between the patches.
   uint32_t volume_patch;
 };
-static_assert(sizeof(ZoneElement) == 52);
+static_assert(sizeof(OrganElement) == 52);
 inline constexpr uint32_t kNoPatch = UINT32_MAX;
 // Limit of the sum of nodes over all elements of a volume patch.
 inline constexpr uint32_t kMostPatchNodes = 128;

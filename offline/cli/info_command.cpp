@@ -34,14 +34,6 @@ size_t default_arena_bytes(const OpenedPack& opened) {
   return bytes;
 }
 
-// The organ's mesh and elimination tree, which nonlinear zones read.
-size_t organ_bytes(const pack::Pack& tables) {
-  const pack::Organ* organ = tables.organ();
-  return organ->nodes()->bytes() + organ->elements()->bytes() + organ->node_elements()->bytes() +
-         organ->fronts()->bytes() + organ->order()->bytes() + organ->rows()->bytes() +
-         organ->zone_nodes()->bytes() + organ->zone_elements()->bytes();
-}
-
 size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
   if (model == pack::ResponseModel::linear_dd) {
     if (const pack::CompressedCompliance* compressed = tables.linear_dd()->compressed()) {
@@ -53,9 +45,10 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
            tables.linear_dd()->field_compliance()->bytes();
   }
   if (model == pack::ResponseModel::nonlinear_zone) {
-    const pack::NonlinearZone& zone = *tables.nonlinear_zone();
-    return zone.nodes()->bytes() + zone.elements()->bytes() + zone.node_elements()->bytes() +
-           zone.materials()->bytes() + organ_bytes(tables);
+    const pack::Organ& organ = *tables.organ();
+    return tables.nonlinear_zone()->materials()->bytes() + organ.nodes()->bytes() +
+           organ.elements()->bytes() + organ.node_elements()->bytes() + organ.fronts()->bytes() +
+           organ.order()->bytes() + organ.rows()->bytes();
   }
   const pack::PolynomialDd& polynomial = *tables.polynomial_dd();
   return polynomial.sites()->bytes() + polynomial.energy()->bytes() + polynomial.coefficients()->bytes() +

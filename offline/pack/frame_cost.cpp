@@ -76,16 +76,15 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     const auto m = static_cast<std::uint64_t>(3 * content.zone->most_nodes);
     const auto boundary = static_cast<std::uint64_t>(3 * content.zone->most_boundary_nodes);
     const auto elements = static_cast<std::uint64_t>(content.zone->most_elements);
-    std::uint64_t dofs = 12;
-    for (const int element : content.zone->elements)
-      dofs = std::max<std::uint64_t>(dofs,
-                                     3 * content.model.elements[static_cast<size_t>(element)].nodes().size());
+    std::uint64_t dofs = 0;  // of the largest element of the organ
+    for (const Tetrahedron& element : content.model.elements)
+      dofs = std::max<std::uint64_t>(dofs, 3 * element.nodes().size());
     constexpr std::uint64_t kIterations = 4;
     FrameCost cost;
     cost.model = SurveyedModel::nonlinear_zone;
     cost.force_operations = kIterations * (m * m * m / 6 + 2 * m * m + boundary * boundary +
                                            elements * 15 * dofs * (dofs + 1) / 2);
-    cost.force_bytes = static_cast<std::uint64_t>(content.zone->most_nodes) * sizeof(pack::ZoneNode);
+    cost.force_bytes = static_cast<std::uint64_t>(content.zone->most_nodes) * sizeof(pack::OrganNode);
     // The last delivery's field, and three columns for each node of the patch.
     std::uint64_t patch = 0;
     for (const ContactSite& site : content.sites.sites)

@@ -33,12 +33,11 @@ struct SurfaceSegments {
   pack::Segment primitives, nodes, primitive_normals, site_normals;
 };
 struct ZoneSegments {
-  pack::Segment nodes, elements, node_elements, materials;
+  pack::Segment materials;
 };
-
 struct OrganSegments {
   uint32_t num_nodes, num_free, num_elements, num_fronts;
-  pack::Segment nodes, elements, node_elements, fronts, order, rows, zone_nodes, zone_elements;
+  pack::Segment nodes, elements, node_elements, fronts, order, rows;
 };
 
 // geometry_tables.cpp
@@ -73,16 +72,6 @@ flatbuffers::Offset<pack::PolynomialDd> create_polynomials(const PackContent& co
                                                            const PolynomialSegments& polynomial,
                                                            uint64_t base,
                                                            flatbuffers::FlatBufferBuilder& builder);
-
-// mesh_tables.cpp
-struct MeshTables {
-  std::vector<pack::ZoneNode> nodes;
-  std::vector<pack::ZoneElement> elements;
-  std::vector<uint32_t> node_elements;
-};
-// The tables of these model nodes and of these elements among them. `volume_patches`: for each element.
-MeshTables mesh_tables(const PackContent& content, const std::vector<int>& nodes,
-                       const std::vector<int>& elements, const std::vector<uint32_t>& volume_patches);
 
 // zone_tables.cpp
 ZoneSegments add_zone(const PackContent& content, SegmentStore& store);

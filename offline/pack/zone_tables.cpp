@@ -38,46 +38,23 @@ pack::ZoneMaterial zone_material(const Law& law) {
   return material;
 }
 
-MeshTables zone_mesh(const PackContent& content) {
-  const ZoneTables& zone = *content.zone;
-  std::vector<uint32_t> volume_patches;
-  for (const int e : zone.elements) {
-    const int patch = content.model.elements[static_cast<size_t>(e)].volume_patch;
-    volume_patches.push_back(patch < 0 ? pack::kNoPatch : static_cast<uint32_t>(patch));
-  }
-  MeshTables mesh = mesh_tables(content, zone.nodes, zone.elements, volume_patches);
-  for (size_t i = 0; i < mesh.nodes.size(); ++i)
-    mesh.nodes[i].num_outside = static_cast<uint32_t>(zone.num_outside[i]);
-  return mesh;
-}
-
 }  // namespace
 
 ZoneSegments add_zone(const PackContent& content, SegmentStore& store) {
-  const MeshTables mesh = zone_mesh(content);
-  ZoneSegments segments;
-  segments.nodes = store.add(mesh.nodes);
-  segments.elements = store.add(mesh.elements);
-  segments.node_elements = store.add(mesh.node_elements);
   std::vector<pack::ZoneMaterial> materials;
   for (const Material& material : content.model.materials) materials.push_back(zone_material(material.law));
-  segments.materials = store.add(materials);
-  return segments;
+  return {store.add(materials)};
 }
 
 flatbuffers::Offset<pack::NonlinearZone> create_zone(const PackContent& content, const ZoneSegments& zone,
                                                      uint64_t base, flatbuffers::FlatBufferBuilder& builder) {
-  const pack::Segment zone_nodes_at = placed(zone.nodes, base);
-  const pack::Segment elements = placed(zone.elements, base);
-  const pack::Segment node_elements = placed(zone.node_elements, base);
   const pack::Segment materials = placed(zone.materials, base);
-  return pack::CreateNonlinearZone(builder, static_cast<uint32_t>(content.zone->rings),
-                                   static_cast<uint32_t>(content.zone->nodes.size()), &zone_nodes_at,
-                                   static_cast<uint32_t>(content.zone->elements.size()), &elements,
-                                   &node_elements, static_cast<uint32_t>(content.model.materials.size()),
-                                   &materials, static_cast<uint32_t>(content.zone->most_nodes),
-                                   static_cast<uint32_t>(content.zone->most_boundary_nodes),
-                                   static_cast<uint32_t>(content.zone->most_elements));
+  const ZoneTables& sizes = *content.zone;
+  return pack::CreateNonlinearZone(
+      builder, static_cast<uint32_t>(sizes.rings), static_cast<uint32_t>(sizes.num_nodes),
+      static_cast<uint32_t>(sizes.num_elements), static_cast<uint32_t>(content.model.materials.size()),
+      &materials, static_cast<uint32_t>(sizes.most_nodes), static_cast<uint32_t>(sizes.most_boundary_nodes),
+      static_cast<uint32_t>(sizes.most_elements));
 }
 
 }  // namespace palpate

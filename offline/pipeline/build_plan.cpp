@@ -259,7 +259,7 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
     bytes += of_zones;
     fmt::print(
         "zones      {} ring{}: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements{}\n",
-        zone->rings, zone->rings > 1 ? "s" : "", zone->nodes.size(), zone->elements.size(), of_zones / 1e6,
+        zone->rings, zone->rings > 1 ? "s" : "", zone->num_nodes, zone->num_elements, of_zones / 1e6,
         zone->most_nodes, zone->most_elements,
         scene.max_contacts > static_cast<int>(pack::kMostZoneContacts)
             ? fmt::format("; more than {} contacts at once are answered by the linear model",

@@ -5,8 +5,6 @@
 #include <set>
 #include <utility>
 
-#include "schemas/pack_layout.hpp"
-
 namespace palpate {
 ZoneFinder::ZoneFinder(const Model& model)
     : model_(&model), by_node_(static_cast<size_t>(model.num_nodes())) {
@@ -50,16 +48,21 @@ std::vector<int> ZoneFinder::elements_about(const ContactSite& site, int rings) 
 
 ZoneTables find_zones(const Model& model, const ContactSites& sites, int rings) {
   const ZoneFinder finder(model);
-  const auto num_nodes = static_cast<size_t>(model.num_nodes());
-  std::vector<char> element_carried(model.elements.size());
+  std::vector<char> is_node(static_cast<size_t>(model.num_nodes()));  // of any zone
+  std::vector<char> is_element(model.elements.size());
+  for (size_t c = 0; c < sites.contact_nodes.size(); ++c)
+    is_node[static_cast<size_t>(sites.model_node(static_cast<int>(c)))] = 1;
   ZoneTables zone;
   zone.rings = rings;
   for (const ContactSite& site : sites.sites) {
     const std::vector<int> elements = finder.elements_about(site, rings);
     std::map<int, size_t> inside;  // elements of the zone at each of its nodes
     for (const int e : elements) {
-      element_carried[static_cast<size_t>(e)] = 1;
-      for (const int node : model.elements[static_cast<size_t>(e)].nodes()) ++inside[node];
+      is_element[static_cast<size_t>(e)] = 1;
+      for (const int node : model.elements[static_cast<size_t>(e)].nodes()) {
+        is_node[static_cast<size_t>(node)] = 1;
+        ++inside[node];
+      }
     }
     const auto num_boundary = std::ranges::count_if(
         inside, [&](const auto& node) { return node.second < finder.elements_of(node.first).size(); });
@@ -67,29 +70,8 @@ ZoneTables find_zones(const Model& model, const ContactSites& sites, int rings) 
     zone.most_boundary_nodes = std::max(zone.most_boundary_nodes, static_cast<int>(num_boundary));
     zone.most_elements = std::max(zone.most_elements, static_cast<int>(elements.size()));
   }
-  std::vector<int> carried(num_nodes, 0);  // carried elements at each node
-  for (size_t e = 0; e < element_carried.size(); ++e) {
-    if (element_carried[e] == 0) continue;
-    zone.elements.push_back(static_cast<int>(e));
-    for (const int node : model.elements[e].nodes()) ++carried[static_cast<size_t>(node)];
-  }
-  const auto patch_of = [&](int e) {
-    const int patch = model.elements[static_cast<size_t>(e)].volume_patch;
-    return patch < 0 ? pack::kNoPatch : static_cast<std::uint32_t>(patch);
-  };
-  std::ranges::stable_sort(zone.elements, {}, patch_of);
-  std::vector<char> is_contact(num_nodes);
-  for (size_t c = 0; c < sites.contact_nodes.size(); ++c) {
-    zone.nodes.push_back(sites.model_node(static_cast<int>(c)));
-    is_contact[static_cast<size_t>(zone.nodes.back())] = 1;
-  }
-  for (size_t node = 0; node < num_nodes; ++node) {
-    if (carried[node] > 0 && is_contact[node] == 0) zone.nodes.push_back(static_cast<int>(node));
-  }
-  for (const int node : zone.nodes) {
-    zone.num_outside.push_back(static_cast<int>(finder.elements_of(node).size()) -
-                               carried[static_cast<size_t>(node)]);
-  }
+  zone.num_nodes = static_cast<int>(std::ranges::count(is_node, 1));
+  zone.num_elements = static_cast<int>(std::ranges::count(is_element, 1));
   return zone;
 }
 

@@ -1,7 +1,7 @@
 // nonlinear_zone: nonlinear elements around any contacts. runtime/src/zone has the equations.
 //
 // The zone of a site with n rings has the elements at its patch's nodes, extended n times by neighbours, and
-// completes volume patches. A pack carries the elements and nodes of all zones.
+// completes volume patches. A pack carries the whole organ (organ_tree.hpp), and the sizes of the zones.
 #pragma once
 
 #include <vector>
@@ -12,9 +12,9 @@ namespace palpate {
 
 struct ZoneTables {
   int rings = 0;
-  std::vector<int> nodes;        // model nodes: contact nodes in their order, then the others
-  std::vector<int> elements;     // in Model::elements: patch by patch, then elements without a shared volume
-  std::vector<int> num_outside;  // for each node: elements of the model outside of `elements`
+  // Sizes of all zones together; the nodes include all contact nodes.
+  int num_nodes = 0;
+  int num_elements = 0;
   // Size of the largest zone.
   int most_nodes = 0;
   int most_boundary_nodes = 0;

@@ -171,9 +171,9 @@ double organ_bytes(const Model& model) {
   constexpr double kRowsOfNode = 8;  // generous: places below fronts, for each node
   double corners = 0;
   for (const Tetrahedron& element : model.elements) corners += element.num_nodes;
-  return sizeof(pack::ZoneElement) * static_cast<double>(model.elements.size()) +
+  return sizeof(pack::OrganElement) * static_cast<double>(model.elements.size()) +
          sizeof(std::uint32_t) * corners +
-         (sizeof(pack::ZoneNode) + sizeof(pack::Front) + sizeof(std::uint32_t) * (1 + kRowsOfNode)) *
+         (sizeof(pack::OrganNode) + sizeof(pack::Front) + sizeof(std::uint32_t) * (1 + kRowsOfNode)) *
              static_cast<double>(model.num_nodes());
 }
 

@@ -1,4 +1,4 @@
-// Opening refuses packs whose zone tables contradict one another.
+// Opening refuses packs whose zones contradict the organ or themselves.
 #include <gtest/gtest.h>
 
 #include "tests/support/mutated_pack_fixture.hpp"
@@ -6,50 +6,59 @@
 namespace palpate::test::mutated_pack_fixture {
 namespace contradicting_zones_test {
 
-TEST_F(Contradiction, Zones) {
-  const AlignedBytes& original = zone_pack_bytes();
-  const pack::NonlinearZone& zone =
-      *pack::GetPack(original.bytes().data() + sizeof(pack::PackHeader))->nonlinear_zone();
-  const uint32_t last = zone.num_nodes() - 1;
-  const auto with_node = [&](auto&& change) {
-    return status_with<pack::ZoneNode>(zone.nodes(), change, original);
+using Zone = pack::NonlinearZone;
+
+const pack::Pack& tables_with_zones() {
+  return *pack::GetPack(zone_pack_bytes().bytes().data() + sizeof(pack::PackHeader));
+}
+
+TEST_F(Contradiction, SizesOfZones) {
+  const Zone& zone = *tables_with_zones().nonlinear_zone();
+  const pack::Organ& organ = *tables_with_zones().organ();
+  const auto with = [](flatbuffers::voffset_t size, uint32_t value) {
+    return status_with_scalar(pack::Pack::VT_NONLINEAR_ZONE, size, value, zone_pack_bytes());
   };
-  const auto with_element = [&](auto&& change) {
-    return status_with<pack::ZoneElement>(zone.elements(), change, original);
+  EXPECT_EQ(with(Zone::VT_RINGS, pack::kMostZoneRings), PAL_STATUS_OK);
+  EXPECT_EQ(with(Zone::VT_RINGS, 0), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with(Zone::VT_RINGS, pack::kMostZoneRings + 1), PAL_STATUS_CORRUPT_CONTENT);
+  // All zones together hold every contact node, and at most the organ.
+  EXPECT_EQ(with(Zone::VT_NUM_NODES, organ.num_nodes()), PAL_STATUS_OK);
+  EXPECT_EQ(with(Zone::VT_NUM_NODES, organ.num_nodes() + 1), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with(Zone::VT_NUM_NODES, tables_with_zones().sites()->num_contact_nodes() - 1),
+            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with(Zone::VT_NUM_ELEMENTS, organ.num_elements()), PAL_STATUS_OK);
+  EXPECT_EQ(with(Zone::VT_NUM_ELEMENTS, organ.num_elements() + 1), PAL_STATUS_CORRUPT_CONTENT);
+  // A site's zone is a part of all zones.
+  EXPECT_EQ(with(Zone::VT_MOST_NODES, zone.num_nodes()), PAL_STATUS_OK);
+  EXPECT_EQ(with(Zone::VT_MOST_NODES, zone.num_nodes() + 1), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with(Zone::VT_MOST_BOUNDARY_NODES, zone.most_nodes() + 1), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with(Zone::VT_MOST_ELEMENTS, zone.num_elements() + 1), PAL_STATUS_CORRUPT_CONTENT);
+}
+
+TEST_F(Contradiction, MaterialsOfZones) {
+  using Material = pack::ZoneMaterial;
+  const auto with = [](auto&& change) {
+    return status_with<Material>(tables_with_zones().nonlinear_zone()->materials(), change,
+                                 zone_pack_bytes());
   };
-  EXPECT_EQ(with_node([](pack::ZoneNode*) {}), PAL_STATUS_OK);
-  EXPECT_EQ(with_node([](pack::ZoneNode* n) { n[1].packed_node = n[0].packed_node; }),
+  EXPECT_EQ(with([](Material*) {}), PAL_STATUS_OK);
+  EXPECT_EQ(with([](Material* m) { m->law = static_cast<pack::ZoneLaw>(pack::kZoneLaws); }),
             PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(with_node([&](pack::ZoneNode* n) { n[last].packed_node = 1u << 30; }),
-            PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(with_node([](pack::ZoneNode* n) { n[2].free_axes = 0; }), PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(with_node([](pack::ZoneNode* n) { n[3].position[1] = std::nan(""); }),
-            PAL_STATUS_CORRUPT_CONTENT);
-  // A node's elements: each of its elements once, nodes in order.
-  EXPECT_EQ(with_node([](pack::ZoneNode* n) { ++n[0].num_elements; }), PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(with_node([](pack::ZoneNode* n) { n[2].first_element = n[1].first_element; }),
-            PAL_STATUS_CORRUPT_CONTENT);
-  const auto with_list = [&](auto&& change) {
-    return status_with<uint32_t>(zone.node_elements(), change, original);
-  };
-  EXPECT_EQ(with_list([](uint32_t* e) { std::swap(e[0], e[1]); }), PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(with_list([&](uint32_t* e) { e[0] = zone.num_elements(); }), PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[0].num_nodes = 5; }), PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[0].nodes[1] = e[0].nodes[0]; }),
-            PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(with_element([&](pack::ZoneElement* e) { e[1].nodes[2] = zone.num_nodes(); }),
-            PAL_STATUS_CORRUPT_CONTENT);
-  EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[1].material = 7; }), PAL_STATUS_CORRUPT_CONTENT);
-  // Volume patches are consecutive and fit a frame's capacity.
-  EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[0].volume_patch = e[1].volume_patch = 3; }),
-            PAL_STATUS_OK);
-  EXPECT_EQ(with_element([](pack::ZoneElement* e) { e[1].volume_patch = 3; }), PAL_STATUS_CORRUPT_CONTENT);
-  const uint32_t most = pack::kMostPatchNodes / 4;
-  ASSERT_GT(zone.num_elements(), most);
-  EXPECT_EQ(with_element([&](pack::ZoneElement* e) {
-              for (uint32_t i = 0; i <= most; ++i) e[i].volume_patch = 3;
-            }),
-            PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with([](Material* m) { m->constants[0] = std::nan(""); }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with([](Material* m) { m->constants[1] = 1e300; }), PAL_STATUS_CORRUPT_CONTENT);
+  EXPECT_EQ(with([](Material* m) { m->law = pack::ZoneLaw::ogden; }), PAL_STATUS_CORRUPT_CONTENT)
+      << "alpha is 0";
+}
+
+TEST_F(Contradiction, ZonesWithoutTheOrgan) {
+  for (const flatbuffers::voffset_t table : {pack::Pack::VT_ORGAN, pack::Pack::VT_NONLINEAR_ZONE}) {
+    AlignedBytes copy = copy_of(zone_pack_bytes().bytes());
+    const auto* root =
+        flatbuffers::GetRoot<flatbuffers::Table>(copy.bytes().data() + sizeof(pack::PackHeader));
+    flatbuffers::WriteScalar<flatbuffers::voffset_t>(const_cast<uint8_t*>(root->GetVTable()) + table, 0);
+    repair_checksum(copy.bytes());
+    EXPECT_EQ(open_status(copy.bytes()), PAL_STATUS_CORRUPT_CONTENT) << table;
+  }
 }
 
 }  // namespace contradicting_zones_test

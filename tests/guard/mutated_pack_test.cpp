@@ -186,14 +186,12 @@ TEST(MutatedPack, EachSegment) {
 TEST(MutatedPack, EachSegmentOfZones) {
   const auto bytes = zone_pack_bytes().bytes();
   const pack::Pack& tables = *pack::GetPack(bytes.data() + sizeof(pack::PackHeader));
-  const pack::NonlinearZone& zone = *tables.nonlinear_zone();
   const pack::Organ& organ = *tables.organ();
   uint64_t seed = 300;
   int accepted = 0;
   for (const pack::Segment* segment :
-       {zone.nodes(), zone.elements(), zone.node_elements(), zone.materials(), organ.nodes(),
-        organ.elements(), organ.node_elements(), organ.fronts(), organ.order(), organ.rows(),
-        organ.zone_nodes(), organ.zone_elements(), tables.linear_dd()->contact_compliance(),
+       {tables.nonlinear_zone()->materials(), organ.nodes(), organ.elements(), organ.node_elements(),
+        organ.fronts(), organ.order(), organ.rows(), tables.linear_dd()->contact_compliance(),
         tables.sites()->patch_nodes()}) {
     check_mutations(bytes, segment->offset(), segment->offset() + segment->bytes(), num_rounds() / 5, ++seed,
                     accepted);

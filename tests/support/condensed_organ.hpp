@@ -144,7 +144,7 @@ struct CondensedOrgan {
     for (size_t i = 0; i < tree.elements.size(); ++i)
       is_zone_element[i] = in_zone.count(tree.elements[i]) > 0 ? 1 : 0;
     for (uint32_t node = 0; node < pack.organ.num_nodes; ++node) {
-      const pack::ZoneNode& entry = pack.organ.nodes[node];
+      const pack::OrganNode& entry = pack.organ.nodes[node];
       uint32_t inside = 0;
       for (uint32_t e = 0; e < entry.num_elements; ++e)
         inside += is_zone_element[pack.organ.node_elements[entry.first_element + e]];

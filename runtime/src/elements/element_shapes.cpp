@@ -74,23 +74,14 @@ void scale_volumes_of(ZoneBatch<kNodes>* batches, uint32_t count, ZonePatch* pat
   }
 }
 
-}  // namespace
-
-void scale_volumes(const ZoneBatches& batches) {
-  for (uint32_t p = batches.first_patch; p < batches.first_patch + batches.num_patches; ++p)
-    batches.patches[p].volume = 0;
-  scale_volumes_of(batches.linear, batches.num_linear, batches.patches);
-  scale_volumes_of(batches.quadratic, batches.num_quadratic, batches.patches);
-}
-
+// Shape gradients and volumes in a lane.
 template <int kNodes>
-bool set_shape(const pack::ZoneNode* mesh, const pack::ZoneElement& element, const int nodes[kNodes],
-               int lane, ElementBatch<kNodes>& elements) {
+bool set_shape(const pack::OrganNode* mesh, const pack::OrganElement& element, int lane,
+               ElementBatch<kNodes>& elements) {
   double positions[kMostElementNodes][3];
   for (size_t a = 0; a < kNodes; ++a) {
     const double* position = mesh[element.nodes[a]].position;
     for (int i = 0; i < 3; ++i) positions[a][i] = position[i];
-    elements.nodes[a][static_cast<size_t>(lane)] = nodes[a];
   }
   for (int p = 0; p < ElementBatch<kNodes>::kPoints; ++p) {
     auto& point = elements.points[static_cast<size_t>(p)];
@@ -105,26 +96,43 @@ bool set_shape(const pack::ZoneNode* mesh, const pack::ZoneElement& element, con
   return true;
 }
 
+}  // namespace
+
+void scale_volumes(const ZoneBatches& batches) {
+  for (uint32_t p = batches.first_patch; p < batches.first_patch + batches.num_patches; ++p)
+    batches.patches[p].volume = 0;
+  scale_volumes_of(batches.linear, batches.num_linear, batches.patches);
+  scale_volumes_of(batches.quadratic, batches.num_quadratic, batches.patches);
+}
+
 template <int kNodes>
-bool set_zone_element(const pack::ZoneNode* mesh, const pack::ZoneMaterial* materials,
-                      const pack::ZoneElement& element, const int nodes[kNodes], uint32_t patch, int lane,
-                      ZoneBatch<kNodes>& batch) {
-  if (!set_shape(mesh, element, nodes, lane, batch.elements)) return false;
-  batch.materials[lane] = materials + element.material;
-  batch.patches[lane] = patch;
-  batch.stiffness[lane] = 1;
-  for (size_t p = 0; p < batch.volumes.size(); ++p)
-    batch.volumes[p].set(lane, batch.elements.points[p].volume[lane]);
+bool append_element(const pal_pack& pack, const pack::OrganElement& element, const uint32_t* place_of,
+                    uint32_t patch, uint32_t index, ZonePatch* patches, ZoneBatch<kNodes>* batches) {
+  ZoneBatch<kNodes>& batch = batches[index / kLanes];
+  const int first = static_cast<int>(index % kLanes);
+  batch.count = first + 1;
+  for (int lane = first; lane < kLanes; ++lane) {
+    if (!set_shape(pack.organ.nodes, element, lane, batch.elements)) return false;
+    for (size_t a = 0; a < kNodes; ++a) {
+      const uint32_t node = element.nodes[a];
+      batch.elements.nodes[a][static_cast<size_t>(lane)] =
+          static_cast<int>(place_of != nullptr ? place_of[node] : node);
+    }
+    batch.materials[lane] = pack.zone_materials + element.material;
+    batch.patches[lane] = patch;
+    batch.stiffness[lane] = 1;
+    for (size_t p = 0; p < batch.volumes.size(); ++p)
+      batch.volumes[p].set(lane, batch.elements.points[p].volume[lane]);
+  }
+  if (patch == pack::kNoPatch) return true;
+  patches[patch].material = pack.zone_materials + element.material;
+  for (const auto& point : batch.elements.points) patches[patch].volume += point.volume[first];
   return true;
 }
 
-template bool set_shape<4>(const pack::ZoneNode*, const pack::ZoneElement&, const int[4], int,
-                           ElementBatch<4>&);
-template bool set_shape<10>(const pack::ZoneNode*, const pack::ZoneElement&, const int[10], int,
-                            ElementBatch<10>&);
-template bool set_zone_element<4>(const pack::ZoneNode*, const pack::ZoneMaterial*, const pack::ZoneElement&,
-                                  const int[4], uint32_t, int, ZoneBatch<4>&);
-template bool set_zone_element<10>(const pack::ZoneNode*, const pack::ZoneMaterial*, const pack::ZoneElement&,
-                                   const int[10], uint32_t, int, ZoneBatch<10>&);
+template bool append_element<4>(const pal_pack&, const pack::OrganElement&, const uint32_t*, uint32_t,
+                                uint32_t, ZonePatch*, ZoneBatch<4>*);
+template bool append_element<10>(const pal_pack&, const pack::OrganElement&, const uint32_t*, uint32_t,
+                                 uint32_t, ZonePatch*, ZoneBatch<10>*);
 
 }  // namespace palpate

@@ -15,7 +15,7 @@ FrontCounts count_elements(const OrganView& organ, const pack::Front& front) {
   FrontCounts counts = {};
   uint32_t last_patch = pack::kNoPatch;
   for (uint32_t e = front.first_element; e < front.first_element + front.num_elements; ++e) {
-    const pack::ZoneElement& element = organ.elements[e];
+    const pack::OrganElement& element = organ.elements[e];
     ++(element.num_nodes == 4 ? counts.linear : counts.quadratic);
     if (element.volume_patch != pack::kNoPatch && element.volume_patch != last_patch) ++counts.patches;
     last_patch = element.volume_patch;
@@ -35,27 +35,6 @@ FrontCounts count_batches(const OrganView& organ) {
     batches.quadratic += num_batches(counts.quadratic);
   }
   return batches;
-}
-
-// Puts an element in a lane, and in all lanes after it, which the next elements overwrite.
-template <int kNodes>
-bool append(const pal_pack& pack, const pack::ZoneElement& element, uint32_t index, ZonePatch* patches,
-            ZoneBatch<kNodes>* batches) {
-  ZoneBatch<kNodes>& batch = batches[index / kLanes];
-  int nodes[kNodes];
-  for (uint32_t a = 0; a < kNodes; ++a) nodes[a] = static_cast<int>(element.nodes[a]);
-  const int first = static_cast<int>(index % kLanes);
-  batch.count = first + 1;
-  for (int lane = first; lane < kLanes; ++lane) {
-    if (!set_zone_element<kNodes>(pack.organ.nodes, pack.zone_materials, element, nodes, element.volume_patch,
-                                  lane, batch))
-      return false;
-  }
-  if (element.volume_patch == pack::kNoPatch) return true;
-  ZonePatch& patch = patches[element.volume_patch];
-  patch.material = pack.zone_materials + element.material;
-  for (const auto& point : batch.elements.points) patch.volume += point.volume[first];
-  return true;
 }
 
 }  // namespace
@@ -87,11 +66,13 @@ bool fill_organ_elements(const pal_pack& pack, OrganElements& elements) {
     uint32_t linear = 0;
     uint32_t quadratic = 0;
     for (uint32_t e = front.first_element; e < front.first_element + front.num_elements; ++e) {
-      const pack::ZoneElement& element = organ.elements[e];
-      const bool is_shaped =
-          element.num_nodes == 4
-              ? append<4>(pack, element, linear++, all.patches, all.linear + all.num_linear)
-              : append<10>(pack, element, quadratic++, all.patches, all.quadratic + all.num_quadratic);
+      const pack::OrganElement& element = organ.elements[e];
+      const uint32_t patch = element.volume_patch;
+      const bool is_shaped = element.num_nodes == 4
+                                 ? append_element(pack, element, nullptr, patch, linear++, all.patches,
+                                                  all.linear + all.num_linear)
+                                 : append_element(pack, element, nullptr, patch, quadratic++, all.patches,
+                                                  all.quadratic + all.num_quadratic);
       if (!is_shaped) return false;
     }
     all.num_linear += num_batches(linear);

@@ -24,7 +24,7 @@ inline constexpr int kMostElementNodes = 10;
 // (Magisano, Leonetti and Garcea 2017, CMAME 313, for stresses).
 struct ZonePatch {
   const pack::ZoneMaterial* material;
-  uint32_t number;   // ZoneElement::volume_patch
+  uint32_t number;   // OrganElement::volume_patch
   double volume;     // in the mesh
   double measure;    // sum of V theta
   double pressure;   // U' of it
@@ -91,19 +91,12 @@ ZoneBatches part_of(const ZoneBatches& batches, uint32_t part);
 // Makes of all points and patches what they are in the mesh, times ZoneLanes::stiffness.
 void scale_volumes(const ZoneBatches& batches);
 
-// Shape gradients and volumes of an element's rest geometry in the mesh, in a lane, at these nodes of the batch. False where
-// it is inverted. `mesh`: the nodes that the element names.
+// Puts element `index` of a list in its lane, and in all lanes after it, which the next elements overwrite: the shape
+// gradients of its geometry in the mesh. `place_of`: [nodes of the organ] their places in the list of the batches; null:
+// the nodes themselves. `patch`: its volume patch in `patches`, or kNoPatch. Returns false where the element is inverted.
 template <int kNodes>
-bool set_shape(const pack::ZoneNode* mesh, const pack::ZoneElement& element, const int nodes[kNodes],
-               int lane, ElementBatch<kNodes>& elements);
-
-// Puts an element in a lane: shape gradients of its rest geometry in the mesh. `nodes`: places in the zone's list;
-// `patch`: of ZoneBatch::patches.
-// False where it is inverted there.
-template <int kNodes>
-bool set_zone_element(const pack::ZoneNode* mesh, const pack::ZoneMaterial* materials,
-                      const pack::ZoneElement& element, const int nodes[kNodes], uint32_t patch, int lane,
-                      ZoneBatch<kNodes>& batch);
+bool append_element(const pal_pack& pack, const pack::OrganElement& element, const uint32_t* place_of,
+                    uint32_t patch, uint32_t index, ZonePatch* patches, ZoneBatch<kNodes>* batches);
 
 // Where the unknowns of a zone stand in a matrix. A node that contacts hold is a mean of their displacements; where a
 // patch turns, an increment dw of its rotation (a spin) moves the node by dw x arm.

@@ -45,7 +45,7 @@ void end_extension(const Exterior& exterior, Acceleration* acceleration, Exterio
 bool end_evaluation(const Exterior& exterior, ExteriorState& state) {
   const OrganView& organ = exterior.pack.organ;
   for (uint32_t node = 0; node < organ.num_nodes; ++node) {
-    const pack::ZoneNode& entry = organ.nodes[node];
+    const pack::OrganNode& entry = organ.nodes[node];
     for (uint32_t axis = 0; axis < 3; ++axis) {
       const size_t i = size_t{3} * node + axis;
       state.strain.energy -= state.rest_force[i] * (state.next[i] - entry.displacement[axis]);

@@ -2,28 +2,50 @@
 
 #include <algorithm>
 
-#include "runtime/src/pack/mesh_checks.hpp"
 #include "runtime/src/pack/number_checks.hpp"
 
 namespace palpate {
 namespace {
 
+// Whether the element names a material of the zones and distinct nodes.
+bool is_element(const pal_pack& pack, const OrganView& organ, const pack::OrganElement& element) {
+  if (element.material >= pack.num_zone_materials ||
+      (element.num_nodes != 4 && element.num_nodes != pack::kOrganElementNodes))
+    return false;
+  for (uint32_t a = 0; a < element.num_nodes; ++a) {
+    if (element.nodes[a] >= organ.num_nodes) return false;
+    for (uint32_t b = 0; b < a; ++b) {
+      if (element.nodes[a] == element.nodes[b]) return false;
+    }
+  }
+  return true;
+}
+
+// Whether the elements that are listed for a node are distinct and contain the node.
+bool are_elements_of(const OrganView& organ, uint32_t node) {
+  const uint32_t* listed = organ.node_elements + organ.nodes[node].first_element;
+  for (uint32_t e = 0; e < organ.nodes[node].num_elements; ++e) {
+    if (listed[e] >= organ.num_elements || (e > 0 && listed[e] <= listed[e - 1])) return false;
+    const pack::OrganElement& element = organ.elements[listed[e]];
+    const uint32_t* end = element.nodes + element.num_nodes;
+    if (std::find(element.nodes, end, node) == end) return false;
+  }
+  return true;
+}
+
 bool are_nodes(const pal_pack& pack, const OrganView& organ, uint64_t num_entries) {
   uint64_t first_element = 0;
   for (uint32_t i = 0; i < organ.num_nodes; ++i) {
-    const pack::ZoneNode& node = organ.nodes[i];
+    const pack::OrganNode& node = organ.nodes[i];
     const bool is_packed = i < pack.num_contact_nodes
                                ? node.packed_node == pack.contact_nodes[i]
                                : node.packed_node == pack::kNoNode || node.packed_node < pack.num_nodes;
     if (!is_packed || node.free_axes > 7 || (node.free_axes == 0) != (i >= organ.num_free) ||
         node.first_element != first_element || node.num_elements > num_entries - first_element ||
-        node.num_outside != 0 || !all_within(node.position, 3, kLargestScale) ||
-        !all_within(node.displacement, 3, kLargestScale))
+        !all_within(node.position, 3, kLargestScale) || !all_within(node.displacement, 3, kLargestScale) ||
+        !are_elements_of(organ, i))
       return false;
     first_element += node.num_elements;
-    if (!are_elements_of(organ.node_elements + node.first_element, node.num_elements, organ.elements,
-                         organ.num_elements, i))
-      return false;
   }
   return first_element == num_entries;
 }
@@ -33,7 +55,7 @@ bool are_nodes(const pal_pack& pack, const OrganView& organ, uint64_t num_entrie
 bool are_patches(const pal_pack& pack, OrganView& organ) {
   uint32_t num_nodes = 0;
   for (uint32_t e = 0; e < organ.num_elements; ++e) {
-    const pack::ZoneElement& element = organ.elements[e];
+    const pack::OrganElement& element = organ.elements[e];
     if (element.volume_patch == pack::kNoPatch) continue;
     const bool goes_on = e > 0 && element.volume_patch == organ.elements[e - 1].volume_patch;
     if (!goes_on && element.volume_patch != organ.num_patches++) return false;
@@ -106,36 +128,9 @@ bool are_fronts(const OrganView& organ, uint64_t num_rows) {
   return true;
 }
 
-// Whether each node and element of a zone is that of the organ which the organ's table names.
-bool are_of_zone(const pal_pack& pack, const OrganView& organ) {
-  for (uint32_t i = 0; i < pack.num_zone_nodes; ++i) {
-    if (organ.of_zone_node[i] >= organ.num_nodes) return false;
-    const pack::ZoneNode& one = pack.zone_nodes[i];
-    const pack::ZoneNode& other = organ.nodes[organ.of_zone_node[i]];
-    if (one.packed_node != other.packed_node || one.free_axes != other.free_axes ||
-        one.num_elements + one.num_outside != other.num_elements)
-      return false;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (one.position[axis] != other.position[axis] || one.displacement[axis] != other.displacement[axis])
-        return false;
-    }
-  }
-  for (uint32_t e = 0; e < pack.num_zone_elements; ++e) {
-    if (organ.of_zone_element[e] >= organ.num_elements) return false;
-    const pack::ZoneElement& one = pack.zone_elements[e];
-    const pack::ZoneElement& other = organ.elements[organ.of_zone_element[e]];
-    if (one.num_nodes != other.num_nodes || one.material != other.material) return false;
-    for (uint32_t a = 0; a < one.num_nodes; ++a) {
-      if (organ.of_zone_node[one.nodes[a]] != other.nodes[a]) return false;
-    }
-  }
-  return true;
-}
-
 }  // namespace
 
 bool read_organ(const pack::Organ& table, uint64_t first_offset, pal_pack& pack) {
-  if (pack.zone_nodes == nullptr) return false;
   OrganView organ = {};
   organ.num_nodes = table.num_nodes();
   organ.num_free = table.num_free();
@@ -143,12 +138,13 @@ bool read_organ(const pack::Organ& table, uint64_t first_offset, pal_pack& pack)
   organ.num_fronts = table.num_fronts();
   if (organ.num_nodes > kMostNodes || organ.num_elements > kMostNodes || organ.num_free > organ.num_nodes ||
       organ.num_free < pack.num_contact_nodes || organ.num_fronts > organ.num_free ||
+      pack.num_zone_nodes > organ.num_nodes || pack.num_zone_elements > organ.num_elements ||
       table.node_elements() == nullptr || table.rows() == nullptr)
     return false;
   const uint64_t num_entries = table.node_elements()->bytes() / sizeof(uint32_t);
   const uint64_t num_rows = table.rows()->bytes() / sizeof(uint32_t);
-  organ.nodes = array_of<pack::ZoneNode>(pack, table.nodes(), first_offset, organ.num_nodes);
-  organ.elements = array_of<pack::ZoneElement>(pack, table.elements(), first_offset, organ.num_elements);
+  organ.nodes = array_of<pack::OrganNode>(pack, table.nodes(), first_offset, organ.num_nodes);
+  organ.elements = array_of<pack::OrganElement>(pack, table.elements(), first_offset, organ.num_elements);
   organ.node_elements = array_of<uint32_t>(pack, table.node_elements(), first_offset, num_entries);
   organ.fronts = array_of<pack::Front>(pack, table.fronts(), first_offset, organ.num_fronts);
   organ.order = array_of<uint32_t>(pack, table.order(), first_offset, organ.num_free);
@@ -158,17 +154,13 @@ bool read_organ(const pack::Organ& table, uint64_t first_offset, pal_pack& pack)
     return false;
   uint64_t num_corners = 0;
   for (uint32_t e = 0; e < organ.num_elements; ++e) {
-    if (!is_mesh_element(pack, organ.num_nodes, organ.elements[e])) return false;
+    if (!is_element(pack, organ, organ.elements[e])) return false;
+    if (organ.elements[e].num_nodes != 4) ++organ.num_quadratic;
     num_corners += organ.elements[e].num_nodes;
   }
   // Lists of distinct elements that contain the node are complete where their lengths add up.
   if (num_entries != num_corners) return false;
   if (!are_nodes(pack, organ, num_entries) || !are_patches(pack, organ) || !are_fronts(organ, num_rows))
-    return false;
-  organ.of_zone_node = array_of<uint32_t>(pack, table.zone_nodes(), first_offset, pack.num_zone_nodes);
-  organ.of_zone_element =
-      array_of<uint32_t>(pack, table.zone_elements(), first_offset, pack.num_zone_elements);
-  if (organ.of_zone_node == nullptr || organ.of_zone_element == nullptr || !are_of_zone(pack, organ))
     return false;
   pack.organ = organ;
   return true;

@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// Needs a nonlinear zone, whose materials the elements name.
+// Needs the nonlinear zones, whose materials the elements name, and whose nodes and elements are the organ's.
 bool read_organ(const pack::Organ& organ, uint64_t first_offset, pal_pack& pack);
 
 }  // namespace palpate

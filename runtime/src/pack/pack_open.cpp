@@ -135,11 +135,9 @@ pal_status check(const unsigned char* bytes, size_t num_bytes, bool trusted, pal
       !read_polynomial(*tables.polynomial_dd(), first_offset, trusted, pack)) {
     return PAL_STATUS_CORRUPT_CONTENT;
   }
-  if (tables.nonlinear_zone() != nullptr && !read_zone(*tables.nonlinear_zone(), first_offset, pack)) {
-    return PAL_STATUS_CORRUPT_CONTENT;
-  }
-  if ((tables.organ() != nullptr) != (tables.nonlinear_zone() != nullptr) ||
-      (tables.organ() != nullptr && !read_organ(*tables.organ(), first_offset, pack)))
+  if ((tables.nonlinear_zone() != nullptr) != (tables.organ() != nullptr)) return PAL_STATUS_CORRUPT_CONTENT;
+  if (tables.nonlinear_zone() != nullptr && (!read_zone(*tables.nonlinear_zone(), first_offset, pack) ||
+                                             !read_organ(*tables.organ(), first_offset, pack)))
     return PAL_STATUS_CORRUPT_CONTENT;
   if (tables.gravity() != nullptr && !read_gravity(*tables.gravity(), first_offset, trusted, pack))
     return PAL_STATUS_CORRUPT_CONTENT;

@@ -43,16 +43,15 @@ struct OrganView {
   uint32_t num_nodes;
   uint32_t num_free;
   uint32_t num_elements;
+  uint32_t num_quadratic;  // elements of ten nodes
   uint32_t num_fronts;
   uint32_t num_patches;  // volume patches
-  const pack::ZoneNode* nodes;
-  const pack::ZoneElement* elements;
+  const pack::OrganNode* nodes;
+  const pack::OrganElement* elements;
   const uint32_t* node_elements;
   const pack::Front* fronts;
   const uint32_t* order;  // [num_free] node of each place in the elimination
   const uint32_t* rows;
-  const uint32_t* of_zone_node;     // [num_zone_nodes] the same node here
-  const uint32_t* of_zone_element;  // [num_zone_elements]
 };
 
 }  // namespace palpate
@@ -102,18 +101,13 @@ struct pal_pack {
   const pal_real* coefficients;
   const unsigned char* polynomial_field;
 
-  // NonlinearZone; zone_nodes is null without it
+  // NonlinearZone; zone_rings is 0 without it
   uint32_t zone_rings;
-  uint32_t num_zone_nodes;
-  uint32_t num_zone_elements;
+  uint32_t num_zone_nodes;     // of all sites' zones together
+  uint32_t num_zone_elements;  // of all sites' zones together
   uint32_t most_zone_nodes;
   uint32_t most_zone_boundary;
   uint32_t most_zone_elements;
-  uint32_t num_quadratic;  // 10-node elements of zone_elements
-  uint32_t num_sharing;    // elements of zone_elements in volume patches
-  const palpate::pack::ZoneNode* zone_nodes;
-  const palpate::pack::ZoneElement* zone_elements;
-  const uint32_t* zone_node_elements;
   uint32_t num_zone_materials;
   const palpate::pack::ZoneMaterial* zone_materials;
 

@@ -1,4 +1,4 @@
-// Reading a nonlinear zone's tables from a pack.
+// Reading the sizes and materials of nonlinear zones from a pack.
 #pragma once
 
 #include "runtime/src/pack/pack_view.hpp"
@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// Needs the compliance of linear_dd, dense or compressed. `trusted`: PAL_VERIFY_NEVER.
+// Needs the compliance of linear_dd, dense or compressed.
 bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, pal_pack& pack);
 
 }  // namespace palpate

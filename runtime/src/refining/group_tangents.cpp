@@ -18,7 +18,8 @@ uint64_t add_front(const void* elements, uint32_t front, float* matrix) {
   const ZoneBatches batches = batches_of_front(source.elements, outline.zone_of_lane, zone, front);
   const uint64_t operations = stiffness_operations(batches);
   if (operations == 0) return 0;
-  const ZoneUnknowns unknowns = {outline.unknown_of, outline.first_master, source.masters, outline.place_of};
+  const ZoneUnknowns unknowns = {outline.members.unknown_of, outline.members.first_master, source.masters,
+                                 outline.place_of};
   settle_pressures(batches, source.displacement);
   add_zone_stiffness(batches, source.displacement, unknowns, matrix, outline.groups[group].stride);
   return operations;
@@ -26,10 +27,8 @@ uint64_t add_front(const void* elements, uint32_t front, float* matrix) {
 
 uint32_t moving_axes_of(const void* elements, uint32_t node) {
   const auto& [source, group] = *static_cast<const FrontElements*>(elements);
-  const uint32_t place = source.outline.groups[group].first_node + node;
-  return source.outline.unknown_of[place] == kNoUnknown
-             ? 0
-             : source.pack.organ.nodes[source.outline.nodes[place]].free_axes;
+  const ZoneOutline& outline = source.outline;
+  return moving_axes(source.pack, outline.members, outline.groups[group].first_node + node);
 }
 
 }  // namespace

@@ -44,12 +44,13 @@ void carve_preparation(const pal_pack& pack, const ZoneRoom& room, Arena& arena,
   preparation.room = room;
   carve_set(pack, room, arena, preparation.set);
   carve_work(room, arena, preparation.work);
-  preparation.node_contacts = arena.take<uint64_t>(pack.num_zone_nodes);
-  preparation.element_contacts = arena.take<uint64_t>(pack.num_zone_elements);
+  preparation.node_contacts = arena.take<ContactBits>(pack.organ.num_nodes);
+  preparation.element_contacts = arena.take<ContactBits>(pack.organ.num_elements);
   preparation.found_nodes = arena.take<uint32_t>(room.nodes);
   preparation.found_elements = arena.take<uint32_t>(room.elements);
   preparation.queue = arena.take<uint32_t>(room.nodes);
-  preparation.place_of = arena.take<uint32_t>(pack.num_zone_nodes);
+  preparation.place_of = arena.take<uint32_t>(pack.organ.num_nodes);
+  preparation.zone_of_element = arena.take<uint8_t>(pack.organ.num_elements);
 }
 
 void refuse_set(ZonePreparation& preparation) {
@@ -70,8 +71,7 @@ bool advance_rest(const pal_pack& pack, uint64_t operations, ZonePreparation& pr
   ZoneSet& set = preparation.set;
   if (preparation.group == 0 && preparation.column == 0) {
     for (uint32_t i = 0; i < set.num_nodes; ++i)
-      memcpy(set.displacement + size_t{3} * i, pack.zone_nodes[set.nodes[i]].displacement,
-             3 * sizeof(double));
+      memcpy(set.displacement + size_t{3} * i, node_at(pack, set, i).displacement, 3 * sizeof(double));
     memset(set.rest_force, 0, size_t{3} * set.num_nodes * sizeof *set.rest_force);
   }
   for (; preparation.group < set.num_groups; ++preparation.group, preparation.column = 0) {

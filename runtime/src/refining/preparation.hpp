@@ -17,6 +17,10 @@
 
 namespace palpate {
 
+// A bit for each contact of a set.
+using ContactBits = uint8_t;
+static_assert(kMostZoneContacts <= 8 * sizeof(ContactBits));
+
 struct ZonePreparation {
   ZoneRoom room;
   ZoneSet set;
@@ -34,15 +38,17 @@ struct ZonePreparation {
     size_t tangents;
     size_t tangent_rows;
   } used;
-  // [num_zone_nodes] and [num_zone_elements]: a bit for each contact whose zone holds it
-  uint64_t* node_contacts;
-  uint64_t* element_contacts;
-  uint32_t* found_nodes;     // [ZoneRoom::nodes]
-  uint32_t* found_elements;  // [ZoneRoom::elements]
+  // The contacts whose zones hold a node or an element of the organ
+  ContactBits* node_contacts;     // [num_nodes of the organ]
+  ContactBits* element_contacts;  // [elements of the organ]
+  uint32_t* found_nodes;          // [ZoneRoom::nodes]
+  uint32_t* found_elements;       // [ZoneRoom::elements]
   uint32_t num_found_nodes;
   uint32_t num_found_elements;
-  uint32_t* queue;     // [ZoneRoom::nodes]
-  uint32_t* place_of;  // [num_zone_nodes] place in a set's list + 1; 0: not in it
+  uint32_t* queue;  // [ZoneRoom::nodes]
+  // Of the set that was listed last
+  uint32_t* place_of;        // [num_nodes of the organ] the place of each of its nodes in ZoneSet::nodes
+  uint8_t* zone_of_element;  // [elements of the organ] 1 + the number of the group; 0: the exterior
 };
 
 void carve_preparation(const pal_pack& pack, const ZoneRoom& room, Arena& arena,

@@ -57,7 +57,7 @@ bool begin_exterior(const pal_pack& pack, const EliminationKernel& kernel, Refin
   const size_t bytes = size_t{3} * pack.organ.num_nodes * sizeof *of.zone;
   memcpy(of.zone, of.has_followed ? of.exterior.displacement : of.rest, bytes);
   if (!place_set(pack, of.zone, of.preparation)) of.has_followed = false;
-  if (!list_outline(pack, of.preparation.set, of.mailbox.request.next_set, of.elements, of.own, of.outline) ||
+  if (!list_outline(pack, of.preparation, of.mailbox.request.next_set, of.elements, of.own, of.outline) ||
       !begin_at_rest(pack, kernel, of))
     return false;
   if (of.has_followed) memcpy(of.exterior.displacement, of.zone, bytes);
@@ -79,6 +79,13 @@ bool is_tangent_old(const pal_pack& pack, const Refinement& of) {
   return stands_still(of) ? is_near && of.history.change > kConverged * pack.max_displacement : !is_near;
 }
 
+// Puts the displacements of the set's nodes in Refinement::zone.
+void write_zone(Refinement& of, const double* displacement) {
+  const ZoneMembers& members = of.outline.members;
+  for (uint32_t i = 0; i < members.num_nodes; ++i)
+    memcpy(of.zone + size_t{3} * members.nodes[i], displacement + size_t{3} * i, 3 * sizeof *of.zone);
+}
+
 void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& kernel, Refinement& of) {
   const ZoneRequest& request = of.mailbox.request;
   // Iterates of other places of the contacts say nothing of the next ones.
@@ -88,9 +95,7 @@ void begin_exterior_iteration(const pal_pack& pack, const EliminationKernel& ker
   }
   memcpy(of.history.followed, request.followed, request.num_axes * sizeof *request.followed);
   memcpy(of.zone, of.rest, size_t{3} * pack.organ.num_nodes * sizeof *of.zone);
-  for (uint32_t i = 0; i < of.outline.num_nodes; ++i)
-    memcpy(of.zone + size_t{3} * of.outline.nodes[i], request.displacement + size_t{3} * i,
-           3 * sizeof *of.zone);
+  write_zone(of, request.displacement);
   begin_iteration(exterior_of(pack, kernel, of), of.own, of.zone, of.exterior);
 }
 
@@ -119,9 +124,7 @@ void begin_first_tangents(const pal_pack& pack, const EliminationKernel& kernel,
   ZonePreparation& preparation = of.preparation;
   ZoneFrame frame = {pack, kernel, preparation.work, preparation.set, 0};
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) place_held(frame, frame.set.groups[g]);
-  for (uint32_t i = 0; i < of.outline.num_nodes; ++i)
-    memcpy(of.zone + size_t{3} * of.outline.nodes[i], frame.set.displacement + size_t{3} * i,
-           3 * sizeof *of.zone);
+  write_zone(of, frame.set.displacement);
   of.tangents = {};
   of.phase = Phase::tangents;
 }
@@ -153,7 +156,7 @@ bool begin_phase(const pal_pack& pack, const EliminationKernel& kernel, Refineme
     return begin_whole(pack, kernel, request.inclusion, request.inclusion_version, of);
   const bool is_of_outline = of.outline.set == request.set;
   if (is_preparing(of) && !(request.is_strained && of.has_own && is_of_outline && !of.has_followed)) {
-    begin_members(of.preparation);
+    begin_members(pack, of.preparation);
     of.phase = Phase::members;
     return true;
   }
@@ -342,7 +345,7 @@ void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, 
   const size_t numbers = size_t{3} * pack.organ.num_nodes;
   carve_acceleration(numbers, arena, refinement.acceleration);
   carve_field_response(pack, room, arena, refinement.response);
-  carve_outline(pack, room, arena, refinement.outline);
+  carve_outline(pack, arena, refinement.outline);
   refinement.rest = arena.take<double>(numbers);
   refinement.zone = arena.take<double>(numbers);
   refinement.blocks = arena.take<float>(room.exterior);

@@ -66,7 +66,7 @@ void follow_patches(const pal_pack& pack, ZoneSet& set) {
       rotate(patch_rotation(set, contact), arm, turn);
       for (int axis = 0; axis < 3; ++axis) turn[axis] -= arm[axis];
     }
-    const double* rest = pack.zone_nodes[set.nodes[place]].displacement;
+    const double* rest = node_at(pack, set, place).displacement;
     for (uint32_t axis = 0; axis < 3; ++axis)
       set.followed[3 * contact + axis] += set.displacement[3 * place + axis] - rest[axis] - turn[axis];
   });
@@ -92,15 +92,15 @@ bool begin_groups(const pal_pack& pack, ZoneWork& work, ZoneSet& set) {
   return are_upright;
 }
 
-// Displacements of the nodes that both sets have.
-void take_places(const pal_pack& pack, const ZoneSet& before, uint32_t* place_of, ZoneSet& set) {
-  for (uint32_t i = 0; i < before.num_nodes; ++i) place_of[before.nodes[i]] = i + 1;
-  for (uint32_t i = 0; i < set.num_nodes; ++i) {
-    if (place_of[set.nodes[i]] == 0 || moving_axes(pack, set, i) == 0) continue;
-    const size_t from = size_t{3} * (place_of[set.nodes[i]] - 1);
-    memcpy(set.displacement + size_t{3} * i, before.displacement + from, 3 * sizeof *set.displacement);
+// Displacements of the nodes that both sets have. `place_of`: ZonePreparation's, of `set`.
+void take_places(const pal_pack& pack, const ZoneSet& before, const uint32_t* place_of, ZoneSet& set) {
+  for (uint32_t i = 0; i < before.num_nodes; ++i) {
+    const uint32_t place = place_of[before.nodes[i]];
+    const bool is_in_both = place < set.num_nodes && set.nodes[place] == before.nodes[i];
+    if (!is_in_both || moving_axes(pack, set, place) == 0) continue;
+    memcpy(set.displacement + size_t{3} * place, before.displacement + size_t{3} * i,
+           3 * sizeof *set.displacement);
   }
-  for (uint32_t i = 0; i < before.num_nodes; ++i) place_of[before.nodes[i]] = 0;
 }
 
 }  // namespace
@@ -128,10 +128,8 @@ void name_contacts(const pal_pack& pack, const pal_contact* contacts, uint32_t c
 bool place_set(const pal_pack& pack, const double* displacement, ZonePreparation& preparation) {
   ZoneSet& set = preparation.set;
   for (uint32_t i = 0; i < set.num_nodes; ++i) {
-    const uint32_t node = set.nodes[i];
-    const double* from = moving_axes(pack, set, i) != 0
-                             ? displacement + size_t{3} * pack.organ.of_zone_node[node]
-                             : pack.zone_nodes[node].displacement;
+    const double* from = moving_axes(pack, set, i) != 0 ? displacement + size_t{3} * set.nodes[i]
+                                                        : node_at(pack, set, i).displacement;
     memcpy(set.displacement + size_t{3} * i, from, 3 * sizeof *from);
   }
   for (uint32_t g = 0; g < set.num_groups; ++g) {

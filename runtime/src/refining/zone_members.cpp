@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include <algorithm>
+
 #include "runtime/src/pack/pack_view.hpp"
 
 namespace palpate {
@@ -21,12 +23,17 @@ bool holds(const pal_pack& pack, uint32_t site, uint32_t node) {
   return false;
 }
 
+ContactBits bit_of(uint32_t contact) {
+  return static_cast<ContactBits>(1U << contact);
+}
+
 // Marks what the zone of a contact holds, ring by ring. False where it is more than a pack may hold.
 bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZonePreparation& preparation) {
-  const uint64_t bit = uint64_t{1} << contact;
+  const OrganView& organ = pack.organ;
+  const ContactBits bit = bit_of(contact);
   uint32_t num_queued = 0;
   const auto add_node = [&](uint32_t node) {
-    uint64_t& contacts = preparation.node_contacts[node];
+    ContactBits& contacts = preparation.node_contacts[node];
     if ((contacts & bit) != 0) return true;
     if (num_queued == preparation.room.nodes) return false;
     if (contacts == 0) {
@@ -41,14 +48,14 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZonePrepar
     if (!add_node(pack.patch_nodes[p])) return false;
   }
   const auto add_element = [&](uint32_t index) {
-    uint64_t& contacts = preparation.element_contacts[index];
+    ContactBits& contacts = preparation.element_contacts[index];
     if ((contacts & bit) != 0) return true;
     if (contacts == 0) {
       if (preparation.num_found_elements == preparation.room.elements) return false;
       preparation.found_elements[preparation.num_found_elements++] = index;
     }
     contacts |= bit;
-    const pack::ZoneElement& element = pack.zone_elements[index];
+    const pack::OrganElement& element = organ.elements[index];
     for (uint32_t a = 0; a < element.num_nodes; ++a) {
       if (!add_node(element.nodes[a])) return false;
     }
@@ -58,9 +65,9 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZonePrepar
   for (uint32_t ring = 0; ring < preparation.room.rings; ++ring) {
     const uint32_t ring_end = num_queued;
     for (uint32_t q = ring_begin; q < ring_end; ++q) {
-      const pack::ZoneNode& node = pack.zone_nodes[preparation.queue[q]];
+      const pack::OrganNode& node = organ.nodes[preparation.queue[q]];
       for (uint32_t e = 0; e < node.num_elements; ++e) {
-        if (!add_element(pack.zone_node_elements[node.first_element + e])) return false;
+        if (!add_element(organ.node_elements[node.first_element + e])) return false;
       }
     }
     ring_begin = ring_end;
@@ -68,13 +75,13 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZonePrepar
   // The rest of their volume patches, which follow one another.
   for (uint32_t i = 0; i < preparation.num_found_elements; ++i) {
     const uint32_t index = preparation.found_elements[i];
-    const uint32_t patch = pack.zone_elements[index].volume_patch;
+    const uint32_t patch = organ.elements[index].volume_patch;
     if (patch == pack::kNoPatch || (preparation.element_contacts[index] & bit) == 0) continue;
-    const auto is_of_patch = [&](uint32_t other) { return pack.zone_elements[other].volume_patch == patch; };
+    const auto is_of_patch = [&](uint32_t other) { return organ.elements[other].volume_patch == patch; };
     for (uint32_t other = index; other > 0 && is_of_patch(other - 1); --other) {
       if (!add_element(other - 1)) return false;
     }
-    for (uint32_t other = index + 1; other < pack.num_zone_elements && is_of_patch(other); ++other) {
+    for (uint32_t other = index + 1; other < organ.num_elements && is_of_patch(other); ++other) {
       if (!add_element(other)) return false;
     }
   }
@@ -86,11 +93,11 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZonePrepar
 bool mark_fixed(ZonePreparation& preparation) {
   const ZoneSet& set = preparation.set;
   for (uint32_t i = 0; i < set.num_fixed; ++i) {
-    uint64_t& contacts = preparation.node_contacts[set.fixed[i]];
+    ContactBits& contacts = preparation.node_contacts[set.fixed[i]];
     if (contacts != 0) continue;
     if (preparation.num_found_nodes == preparation.room.nodes) return false;
     preparation.found_nodes[preparation.num_found_nodes++] = set.fixed[i];
-    contacts = 1;
+    contacts = bit_of(0);
   }
   return true;
 }
@@ -108,11 +115,11 @@ void forget_marks(ZonePreparation& preparation) {
 void find_groups(ZonePreparation& preparation) {
   ZoneSet& set = preparation.set;
   const uint32_t count = set.num_contacts;
-  uint64_t groups[kMostZoneContacts];
-  for (uint32_t c = 0; c < count; ++c) groups[c] = uint64_t{1} << c;
+  ContactBits groups[kMostZoneContacts];
+  for (uint32_t c = 0; c < count; ++c) groups[c] = bit_of(c);
   for (uint32_t i = 0; i < preparation.num_found_nodes; ++i) {
-    const uint64_t contacts = preparation.node_contacts[preparation.found_nodes[i]];
-    uint64_t joined = 0;
+    const ContactBits contacts = preparation.node_contacts[preparation.found_nodes[i]];
+    ContactBits joined = 0;
     for (uint32_t c = 0; c < count; ++c) {
       if ((contacts >> c & 1) != 0) joined |= groups[c];
     }
@@ -121,7 +128,7 @@ void find_groups(ZonePreparation& preparation) {
     }
   }
   for (uint32_t c = 0; c < count; ++c) {
-    if ((groups[c] & ((uint64_t{1} << c) - 1)) != 0) continue;
+    if ((groups[c] & (bit_of(c) - 1)) != 0) continue;
     ZoneGroup& group = set.groups[set.num_groups++];
     group = {};
     for (uint32_t other = c; other < count; ++other) {
@@ -130,15 +137,12 @@ void find_groups(ZonePreparation& preparation) {
   }
 }
 
-// Of the elements at a node, those in the zone.
-uint32_t num_inside(const pal_pack& pack, const ZonePreparation& preparation, uint32_t node, uint64_t group) {
-  const pack::ZoneNode& entry = pack.zone_nodes[node];
-  uint32_t count = 0;
-  for (uint32_t e = 0; e < entry.num_elements; ++e) {
-    const uint32_t index = pack.zone_node_elements[entry.first_element + e];
-    count += (preparation.element_contacts[index] & group) != 0 ? 1 : 0;
-  }
-  return count;
+// Whether elements at a node are outside of the zone.
+bool has_outside(const pal_pack& pack, const ZonePreparation& preparation, ContactBits mask, uint32_t node) {
+  const pack::OrganNode& entry = pack.organ.nodes[node];
+  const uint32_t* elements = pack.organ.node_elements + entry.first_element;
+  return std::any_of(elements, elements + entry.num_elements,
+                     [&](uint32_t index) { return (preparation.element_contacts[index] & mask) == 0; });
 }
 
 // The contacts that hold a node, as masters of it; how many. `num_masters` counts them on.
@@ -171,20 +175,18 @@ enum Role : uint32_t {
 };  // kFixed: in the model, while kBoundary may be fixed too
 constexpr uint32_t kRoles = 4;
 
-Role role_of(const pal_pack& pack, const ZonePreparation& preparation, const ZoneGroup& group, uint64_t mask,
-             uint32_t node) {
-  const pack::ZoneNode& entry = pack.zone_nodes[node];
-  if (entry.free_axes == 0) return kFixed;
+Role role_of(const pal_pack& pack, const ZonePreparation& preparation, const ZoneGroup& group,
+             ContactBits mask, uint32_t node) {
+  if (pack.organ.nodes[node].free_axes == 0) return kFixed;
   if (is_fixed(preparation.set, node)) return kBoundary;
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
     if (holds(pack, preparation.set.sites[group.contacts[slot]], node)) return kHeld;
   }
-  return entry.num_outside > 0 || num_inside(pack, preparation, node, mask) < entry.num_elements ? kBoundary
-                                                                                                 : kInterior;
+  return has_outside(pack, preparation, mask, node) ? kBoundary : kInterior;
 }
 
 // The group's nodes, role by role. False where that is more than fit.
-bool list_nodes(const pal_pack& pack, uint64_t mask, ZonePreparation& preparation, ZoneGroup& group) {
+bool list_nodes(const pal_pack& pack, ContactBits mask, ZonePreparation& preparation, ZoneGroup& group) {
   ZoneSet& set = preparation.set;
   const auto is_in_group = [&](uint32_t i) {
     return (preparation.node_contacts[preparation.found_nodes[i]] & mask) != 0;
@@ -218,6 +220,7 @@ bool list_nodes(const pal_pack& pack, uint64_t mask, ZonePreparation& preparatio
     const uint32_t node = preparation.found_nodes[i];
     const uint32_t place = places[roles[i]]++;
     set.nodes[place] = node;
+    preparation.place_of[node] = place;
     switch (roles[i]) {
       case kHeld:
         set.unknown_of[place] = kHeldUnknown;
@@ -237,78 +240,51 @@ bool list_nodes(const pal_pack& pack, uint64_t mask, ZonePreparation& preparatio
 }
 
 // The place of an element's volume patch among the group's, or kNoPatch.
-uint32_t patch_of(const pal_pack& pack, const pack::ZoneElement& element, ZoneBatches& batches) {
+uint32_t patch_of(const pack::OrganElement& element, ZoneBatches& batches) {
   if (element.volume_patch == pack::kNoPatch) return pack::kNoPatch;
   uint32_t place = 0;
   while (place < batches.num_patches && batches.patches[place].number != element.volume_patch) ++place;
   if (place == batches.num_patches) {
     batches.patches[place] = {};
-    batches.patches[place].material = pack.zone_materials + element.material;
     batches.patches[place].number = element.volume_patch;
     ++batches.num_patches;
   }
   return place;
 }
 
-template <int kNodes>
-bool append_element(const pal_pack& pack, const pack::ZoneElement& element, const uint32_t* place_of,
-                    uint32_t count, ZoneBatches& group, ZoneBatch<kNodes>* batches) {
-  ZoneBatch<kNodes>& batch = batches[count / kLanes];
-  int nodes[kNodes];
-  for (uint32_t a = 0; a < kNodes; ++a) nodes[a] = static_cast<int>(place_of[element.nodes[a]] - 1);
-  const int first = static_cast<int>(count % kLanes);
-  batch.count = first + 1;
-  const uint32_t patch = patch_of(pack, element, group);
-  for (int lane = first; lane < kLanes; ++lane) {
-    if (!set_zone_element<kNodes>(pack.zone_nodes, pack.zone_materials, element, nodes, patch, lane, batch))
-      return false;
-  }
-  for (const auto& point : batch.elements.points) {
-    if (patch != pack::kNoPatch) group.patches[patch].volume += point.volume[first];
-  }
-  return true;
-}
-
-// The group's elements, in lanes.
-bool list_elements(const pal_pack& pack, uint64_t mask, ZonePreparation& preparation, ZoneGroup& group) {
+// The group's elements, in lanes. There is room for all that mark_zone() finds. False where one is inverted in the mesh.
+bool list_elements(const pal_pack& pack, ContactBits mask, ZonePreparation& preparation, ZoneGroup& group) {
   ZoneSet& set = preparation.set;
-  for (uint32_t i = 0; i < group.num_nodes; ++i)
-    preparation.place_of[set.nodes[group.first_node + i]] = group.first_node + i + 1;
-  group.batches.linear = set.linear + preparation.used.linear;
-  group.batches.quadratic = set.quadratic + preparation.used.quadratic;
-  group.batches.patches = set.patches + preparation.used.patches;
+  ZoneBatches& batches = group.batches;
+  batches.linear = set.linear + preparation.used.linear;
+  batches.quadratic = set.quadratic + preparation.used.quadratic;
+  batches.patches = set.patches + preparation.used.patches;
+  const auto number = static_cast<uint8_t>(1 + (&group - set.groups));
   uint32_t num_linear = 0;
   uint32_t num_quadratic = 0;
   bool sound = true;
   for (uint32_t i = 0; i < preparation.num_found_elements && sound; ++i) {
     const uint32_t index = preparation.found_elements[i];
     if ((preparation.element_contacts[index] & mask) == 0) continue;
-    if (set.num_elements == preparation.room.elements) return false;
-    set.elements[set.num_elements++] = index;
-    ++group.num_elements;
-    const pack::ZoneElement& element = pack.zone_elements[index];
-    if (element.num_nodes == 4) {
-      sound = append_element(pack, element, preparation.place_of, num_linear++, group.batches,
-                             group.batches.linear);
-    } else if (num_quadratic < preparation.room.quadratic) {
-      sound = append_element(pack, element, preparation.place_of, num_quadratic++, group.batches,
-                             group.batches.quadratic);
-    } else {
-      sound = false;
-    }
+    preparation.zone_of_element[index] = number;
+    const pack::OrganElement& element = pack.organ.elements[index];
+    const uint32_t patch = patch_of(element, batches);
+    sound = element.num_nodes == 4 ? append_element(pack, element, preparation.place_of, patch, num_linear++,
+                                                    batches.patches, batches.linear)
+                                   : append_element(pack, element, preparation.place_of, patch,
+                                                    num_quadratic++, batches.patches, batches.quadratic);
   }
-  for (uint32_t i = 0; i < group.num_nodes; ++i) preparation.place_of[set.nodes[group.first_node + i]] = 0;
-  group.batches.num_linear = (num_linear + kLanes - 1) / kLanes;
-  group.batches.num_quadratic = (num_quadratic + kLanes - 1) / kLanes;
-  preparation.used.linear += group.batches.num_linear;
-  preparation.used.quadratic += group.batches.num_quadratic;
-  preparation.used.patches += group.batches.num_patches;
+  batches.num_linear = (num_linear + kLanes - 1) / kLanes;
+  batches.num_quadratic = (num_quadratic + kLanes - 1) / kLanes;
+  preparation.used.linear += batches.num_linear;
+  preparation.used.quadratic += batches.num_quadratic;
+  preparation.used.patches += batches.num_patches;
   return sound;
 }
 
 bool list_group(const pal_pack& pack, ZonePreparation& preparation, ZoneGroup& group) {
-  uint64_t mask = 0;
-  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) mask |= uint64_t{1} << group.contacts[slot];
+  ContactBits mask = 0;
+  for (uint32_t slot = 0; slot < group.num_contacts; ++slot) mask |= bit_of(group.contacts[slot]);
   const bool fits = list_nodes(pack, mask, preparation, group);
   preparation.used.boundary += group.num_boundary;
   return fits && preparation.used.boundary <= preparation.room.boundary &&
@@ -329,10 +305,11 @@ bool list_some(const pal_pack& pack, ZonePreparation& preparation) {
 
 }  // namespace
 
-void begin_members(ZonePreparation& preparation) {
+void begin_members(const pal_pack& pack, ZonePreparation& preparation) {
   forget_marks(preparation);
+  memset(preparation.zone_of_element, 0, pack.organ.num_elements * sizeof *preparation.zone_of_element);
   preparation.column = 0;
-  preparation.set.num_groups = preparation.set.num_nodes = preparation.set.num_elements = 0;
+  preparation.set.num_groups = preparation.set.num_nodes = 0;
   preparation.used = {};
 }
 

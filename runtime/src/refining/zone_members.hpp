@@ -8,7 +8,7 @@
 namespace palpate {
 
 // Begins to list the groups of the set, for the contacts that it names. Forgets an earlier list.
-void begin_members(ZonePreparation& preparation);
+void begin_members(const pal_pack& pack, ZonePreparation& preparation);
 
 // Goes on with its groups, their nodes, masters and elements, for about so many multiply-adds in all, from
 // ZonePreparation::column on: the zone of each contact, who shares one, the members of each group. True when it has ended; the

@@ -118,7 +118,7 @@ void answer_linear(TissueState& tissue, const pal_contact* contacts, uint32_t co
     result.model = PAL_MODEL_LINEAR;
     result.flags = frame.flags | tissue.input_flags[c];
     if (tissue.config->model == PAL_MODEL_AUTO &&
-        (pack.polynomial_sites != nullptr || pack.zone_nodes != nullptr))
+        (pack.polynomial_sites != nullptr || pack.organ.nodes != nullptr))
       result.flags |= PAL_FLAG_LINEAR_FALLBACK;
     if (count > kMostBetween && !is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
     const bool sampled = acts_at_site(contacts[c], count) ? is_sampled(pack, nearest_site(contacts[c]), d)
@@ -193,7 +193,7 @@ bool is_zone_refused(const TissueState& tissue, const pal_contact* contacts, uin
 
 bool zone_answers(const TissueState& tissue, uint32_t num_contacts) {
   return (tissue.config->model == PAL_MODEL_AUTO || tissue.config->model == PAL_MODEL_ZONE) &&
-         tissue.pack->zone_nodes != nullptr && !tissue.gravity.is_turned &&
+         tissue.pack->organ.nodes != nullptr && !tissue.gravity.is_turned &&
          tissue.num_fixed <= tissue.zone.room.fixed && num_contacts >= 1 &&
          num_contacts <= tissue.zone.room.contacts;
 }

@@ -37,7 +37,7 @@ static_assert(kFirstConfigBytes <= sizeof(pal_session_config) &&
               kFirstCounterBytes == sizeof(pal_counters));
 
 bool has_zone(const pal_pack& pack, const pal_session_config& config) {
-  return pack.zone_nodes != nullptr && (config.model == PAL_MODEL_AUTO || config.model == PAL_MODEL_ZONE);
+  return pack.organ.nodes != nullptr && (config.model == PAL_MODEL_AUTO || config.model == PAL_MODEL_ZONE);
 }
 
 pal_session* carve_session(const pal_pack& pack, const pal_session_config& config, Arena& arena,
@@ -116,7 +116,7 @@ pal_status check_model(const pal_pack& pack, const pal_session_config& config) {
     case PAL_MODEL_AFFINE:
       return pack.polynomial_sites != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
     case PAL_MODEL_ZONE:
-      return pack.zone_nodes != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
+      return pack.organ.nodes != nullptr ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
   }
   return PAL_STATUS_BAD_ARGUMENT;
 }

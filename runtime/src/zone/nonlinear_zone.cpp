@@ -329,7 +329,7 @@ void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& f
   const ZoneSet& set = state.active;
   field.num_held = field.num_moved = field.num_corners = field.num_own = 0;
   for (uint32_t i = 0; i < set.num_nodes; ++i) {
-    const uint32_t packed = pack.zone_nodes[set.nodes[i]].packed_node;
+    const uint32_t packed = node_at(pack, set, i).packed_node;
     if (packed == pack::kNoNode) continue;
     for (uint32_t axis = 0; axis < 3; ++axis)
       field.own[3 * field.num_own + axis] =

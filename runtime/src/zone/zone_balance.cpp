@@ -14,7 +14,7 @@ namespace {
 constexpr double kFarthest = 1e4;  // displacement of any node, in units of the scene's largest
 
 const double* at_rest(const ZoneFrame& frame, uint32_t place) {
-  return frame.pack.zone_nodes[frame.set.nodes[place]].displacement;
+  return node_at(frame.pack, frame.set, place).displacement;
 }
 
 // w_B, [boundary_stride], of displacements of the set's nodes.

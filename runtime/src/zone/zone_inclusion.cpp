@@ -22,39 +22,37 @@ double stiffness_at(const pal_pack& pack, const Inclusion& inclusion, const doub
   return 1.0 + (inclusion.stiffness - 1.0) * t * t * (3.0 - 2.0 * t);
 }
 
-// Of a lane's element. `node_of(place)`: the node at a place of the batches.
-template <typename NodeOf>
-double stiffness_of(const pal_pack& pack, const Inclusion& inclusion, NodeOf&& node_of,
+// Of a lane's element. `nodes`: of the organ, at the places of the batches; null: the places are nodes of the organ.
+double stiffness_of(const pal_pack& pack, const Inclusion& inclusion, const uint32_t* nodes,
                     const std::array<int, kLanes>* corners, int lane) {
   if (!inclusion.is_present) return 1;
   double centre[3] = {};
   for (size_t corner = 0; corner < 4; ++corner) {
-    const pack::ZoneNode& node = node_of(static_cast<uint32_t>(corners[corner][static_cast<size_t>(lane)]));
+    const auto place = static_cast<uint32_t>(corners[corner][static_cast<size_t>(lane)]);
+    const pack::OrganNode& node = pack.organ.nodes[nodes != nullptr ? nodes[place] : place];
     for (int i = 0; i < 3; ++i) centre[i] += 0.25 * (node.position[i] + node.displacement[i]);
   }
   return stiffness_at(pack, inclusion, centre);
 }
 
 // The largest change of a stiffness, of the larger.
-template <typename NodeOf>
-double change_of(const pal_pack& pack, const Inclusion& inclusion, NodeOf&& node_of,
+double change_of(const pal_pack& pack, const Inclusion& inclusion, const uint32_t* nodes,
                  const ZoneBatches& batches) {
   double largest = 0;
   for_each_lanes(batches, [&](const ZoneLanes& lanes, const std::array<int, kLanes>* corners) {
     for (int lane = 0; lane < lanes.count; ++lane) {
-      const double to = stiffness_of(pack, inclusion, node_of, corners, lane);
+      const double to = stiffness_of(pack, inclusion, nodes, corners, lane);
       largest = std::max(largest, fabs(to - lanes.stiffness[lane]) / std::max(to, lanes.stiffness[lane]));
     }
   });
   return largest;
 }
 
-template <typename NodeOf>
-void set_stiffness(const pal_pack& pack, const Inclusion& inclusion, NodeOf&& node_of,
+void set_stiffness(const pal_pack& pack, const Inclusion& inclusion, const uint32_t* nodes,
                    const ZoneBatches& batches) {
   for_each_lanes(batches, [&](ZoneLanes& lanes, const std::array<int, kLanes>* corners) {
     for (int lane = 0; lane < kLanes; ++lane)
-      lanes.stiffness[lane] = stiffness_of(pack, inclusion, node_of, corners, lane);
+      lanes.stiffness[lane] = stiffness_of(pack, inclusion, nodes, corners, lane);
   });
   scale_volumes(batches);
 }
@@ -65,8 +63,7 @@ double element_energy(const ZoneSet& set, const ZoneGroup& group, const pal_pack
   for (uint32_t place = group.first_node; place < group.first_node + group.num_nodes; ++place) {
     for (uint32_t axis = 0; axis < 3; ++axis) {
       const uint32_t i = 3 * place + axis;
-      energy -=
-          set.rest_force[i] * (set.displacement[i] - pack.zone_nodes[set.nodes[place]].displacement[axis]);
+      energy -= set.rest_force[i] * (set.displacement[i] - node_at(pack, set, place).displacement[axis]);
     }
   }
   return energy;
@@ -77,8 +74,7 @@ void find_rest_force(const pal_pack& pack, ZoneState& state, const ZoneGroup& gr
   const size_t first = size_t{3} * group.first_node;
   memset(set.rest_force + first, 0, size_t{3} * group.num_nodes * sizeof(double));
   for (uint32_t place = group.first_node; place < group.first_node + group.num_nodes; ++place)
-    memcpy(state.work.saved + size_t{3} * place, pack.zone_nodes[set.nodes[place]].displacement,
-           3 * sizeof(double));
+    memcpy(state.work.saved + size_t{3} * place, node_at(pack, set, place).displacement, 3 * sizeof(double));
   add_zone_forces(group.batches, state.work.saved, set.rest_force);
 }
 
@@ -93,16 +89,13 @@ void take_inclusion(const pal_pack& pack, ZoneState& state) {
   set.inclusion_version = state.inclusion_version;
   // The correction stays until a delivery knows of the new tissue.
   set.correction.change = static_cast<double>(INFINITY);
-  const auto node_of = [&](uint32_t place) -> const pack::ZoneNode& {
-    return pack.zone_nodes[set.nodes[place]];
-  };
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     ZoneBatches& batches = group.batches;
-    const double change = change_of(pack, state.inclusion, node_of, batches);
+    const double change = change_of(pack, state.inclusion, set.nodes, batches);
     if (change == 0) continue;
     const double before = is_new ? 0 : element_energy(set, group, pack, state.work.forces);
-    set_stiffness(pack, state.inclusion, node_of, batches);
+    set_stiffness(pack, state.inclusion, set.nodes, batches);
     find_rest_force(pack, state, group);
     for (uint32_t p = 0; p < batches.num_patches; ++p)
       batches.patches[p].at_rest = batches.patches[p].pressure;
@@ -117,8 +110,7 @@ void take_inclusion(const pal_pack& pack, ZoneState& state) {
 }
 
 void set_organ_stiffness(const pal_pack& pack, const Inclusion& inclusion, const OrganElements& elements) {
-  const auto node_of = [&](uint32_t node) -> const pack::ZoneNode& { return pack.organ.nodes[node]; };
-  set_stiffness(pack, inclusion, node_of, elements.all);
+  set_stiffness(pack, inclusion, nullptr, elements.all);
 }
 
 }  // namespace palpate

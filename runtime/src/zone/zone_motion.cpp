@@ -154,7 +154,7 @@ void place_held(ZoneFrame& frame, const ZoneGroup& group) {
     rotations[slot] = patch_rotation(set, group.contacts[slot]);
   for (uint32_t i = first; i < first + group.num_held; ++i) {
     double* to = set.displacement + size_t{3} * i;
-    memcpy(to, frame.pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof *to);
+    memcpy(to, node_at(frame.pack, set, i).displacement, 3 * sizeof *to);
     for (uint32_t m = set.first_master[i]; m < set.first_master[i + 1]; ++m) {
       ZoneMaster& master = set.masters[m];
       const uint32_t slot = (master.unknown - group.unknowns) / 3;

@@ -46,7 +46,7 @@ ZoneRoom zone_room(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fix
   };
   room.nodes = times(pack.most_zone_nodes, pack.num_zone_nodes) + room.fixed;
   room.elements = times(pack.most_zone_elements, pack.num_zone_elements);
-  room.quadratic = std::min(room.elements, pack.num_quadratic);
+  room.quadratic = std::min(room.elements, pack.organ.num_quadratic);
   room.boundary = times(pack.most_zone_boundary, pack.num_zone_nodes) + room.fixed;
   room.masters = room.contacts * pack.max_patch_nodes;
   // Groups round the sizes of their arrays up.
@@ -78,7 +78,6 @@ void carve_set(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneSet
   set.places = arena.take<double[3]>(room.contacts);
   set.turning = arena.take<double[9]>(room.contacts);
   set.nodes = arena.take<uint32_t>(room.nodes);
-  set.elements = arena.take<uint32_t>(room.elements);
   set.unknown_of = arena.take<uint32_t>(room.nodes);
   set.first_master = arena.take<uint32_t>(size_t{room.nodes} + 1);
   set.masters = arena.take<ZoneMaster>(room.masters);
@@ -91,7 +90,7 @@ void carve_set(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneSet
   const auto batches = [&](uint32_t elements) { return elements / kLanes + room.contacts; };
   set.linear = arena.take<ZoneBatch<4>>(batches(room.elements));
   if (room.quadratic > 0) set.quadratic = arena.take<ZoneBatch<10>>(batches(room.quadratic));
-  if (pack.num_sharing > 0) set.patches = arena.take<ZonePatch>(std::min(room.elements, pack.num_sharing));
+  set.patches = arena.take<ZonePatch>(std::min(room.elements, pack.organ.num_patches));
   set.exterior_at_rest = arena.take<float>(room.exterior);
   set.rows = arena.take<double>(room.rows);
 }
@@ -159,7 +158,7 @@ Rotation patch_rotation(const ZoneSet& set, uint32_t contact) {
 }
 
 void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32_t node, double out[3]) {
-  const pack::ZoneNode& entry = pack.zone_nodes[node];
+  const pack::OrganNode& entry = pack.organ.nodes[node];
   for (int i = 0; i < 3; ++i) out[i] = entry.position[i] + entry.displacement[i] - set.points[contact][i];
 }
 
@@ -235,7 +234,7 @@ void go_back_to_balance(ZoneSet& set, ZoneGroup& group) {
 
 void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   for (uint32_t i = group.first_node; i < group.first_node + group.num_nodes; ++i)
-    memcpy(set.displacement + size_t{3} * i, pack.zone_nodes[set.nodes[i]].displacement, 3 * sizeof(double));
+    memcpy(set.displacement + size_t{3} * i, node_at(pack, set, i).displacement, 3 * sizeof(double));
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
     set.followed[at] = set.wanted[at] = set.force[at] = set.coupled_force[at] = 0;

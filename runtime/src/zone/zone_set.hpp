@@ -94,7 +94,6 @@ struct ZoneGroup : GroupLayout {
   uint32_t contacts[kMostZoneContacts];  // contacts of the set, by number
   uint32_t num_held;
   uint32_t num_nodes;
-  uint32_t num_elements;
   ZoneBatches batches;
   GroupExterior exterior;
   bool has_tangent;
@@ -103,7 +102,7 @@ struct ZoneGroup : GroupLayout {
   ZoneSetbacks setbacks;
   double energy;             // of the elements, at the last evaluated displacements
   double smallest_jacobian;  // det F there
-  double stored;     // energy of the group and of the organ outside, at the end of the last solve
+  double stored;             // energy of the group and of the organ outside, at the end of the last solve
   bool has_balance;  // ZoneSet::balanced has a balance of the group; else the state where the group began
   double stored_in_balance;  // `stored` at the last balance
 };
@@ -170,9 +169,7 @@ struct NamedContacts {
 // Nodes and elements of the zones, group by group (zone_members.hpp).
 struct ZoneMembers {
   uint32_t num_nodes;
-  uint32_t* nodes;  // [max_nodes] zone nodes
-  uint32_t num_elements;
-  uint32_t* elements;    // [max_elements] zone elements
+  uint32_t* nodes;       // [max_nodes] nodes of the organ
   uint32_t* unknown_of;  // [max_nodes] first of three in the group; kHeldUnknown: masters move it; kNoUnknown
   uint32_t* first_master;  // [max_nodes + 1]
   uint32_t num_masters;
@@ -267,9 +264,14 @@ struct ZoneState {
   ZoneWork work;
 };
 
+// The node at a place of a set.
+inline const pack::OrganNode& node_at(const pal_pack& pack, const ZoneMembers& set, uint32_t place) {
+  return pack.organ.nodes[set.nodes[place]];
+}
+
 // Axes along which the node at a place of a set can move: bits 0 to 2.
-inline uint32_t moving_axes(const pal_pack& pack, const ZoneSet& set, uint32_t place) {
-  return set.unknown_of[place] == kNoUnknown ? 0 : pack.zone_nodes[set.nodes[place]].free_axes;
+inline uint32_t moving_axes(const pal_pack& pack, const ZoneMembers& set, uint32_t place) {
+  return set.unknown_of[place] == kNoUnknown ? 0 : node_at(pack, set, place).free_axes;
 }
 
 // Contact nodes that are fixed while running.
@@ -320,7 +322,7 @@ void find_axes_change(uint32_t num_contacts, uint32_t num_axes, const double* fr
 // How the patch of a contact has turned.
 Rotation patch_rotation(const ZoneSet& set, uint32_t contact);
 
-// The vector from the point of a contact to a zone node, at rest.
+// The vector from the point of a contact to a node of the organ, at rest.
 void rest_arm(const pal_pack& pack, const ZoneSet& set, uint32_t contact, uint32_t node, double out[3]);
 
 // Stores the state of a group that is in balance in ZoneSet::balanced.

@@ -22,7 +22,7 @@ bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, double size) {
   const double farthest = kFarthest * (size + frame.pack.mean_surface_edge);
   for (uint32_t i = 0; i < num_moving(group); ++i) {
     const uint32_t at = 3 * group.first_node + i;
-    const double* rest = frame.pack.zone_nodes[frame.set.nodes[at / 3]].displacement;
+    const double* rest = node_at(frame.pack, frame.set, at / 3).displacement;
     if (!(fabs(frame.set.displacement[at] - rest[at % 3]) <= farthest)) return true;
   }
   return false;
@@ -33,8 +33,8 @@ double find_gain(const ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
   double gain = group.stored - group.stored_in_balance;
   for (uint32_t i = 0; i < 3 * group.num_boundary && set.num_groups > 1; ++i) {
-    const size_t at = size_t{3} * first_boundary(group) + i;
-    const double rest = frame.pack.zone_nodes[set.nodes[at / 3]].displacement[at % 3];
+    const uint32_t at = 3 * first_boundary(group) + i;
+    const double rest = node_at(frame.pack, set, at / 3).displacement[at % 3];
     gain -= (0.5 * (set.displacement[at] + set.balanced.displacement[at]) - rest) *
             (group.exterior.coupled[i] - group.exterior.coupled_in_balance[i]);
   }
