@@ -71,8 +71,8 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     costs.push_back(cost);
   }
   if (content.zone != nullptr) {
-    // Counts a session's default limit of Newton iterations with m unknowns. Terms: elimination, solves for the
-    // contact's three rows, exterior stiffness, element stiffness.
+    // Counts a session's default limit of Newton iterations with m unknowns. Terms: substitutions, exterior
+    // stiffness, element forces.
     const auto m = static_cast<std::uint64_t>(3 * content.zone->most_nodes);
     const auto boundary = static_cast<std::uint64_t>(3 * content.zone->most_boundary_nodes);
     const auto elements = static_cast<std::uint64_t>(content.zone->most_elements);
@@ -82,8 +82,8 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     constexpr std::uint64_t kIterations = 4;
     FrameCost cost;
     cost.model = SurveyedModel::nonlinear_zone;
-    cost.force_operations = kIterations * (m * m * m / 6 + 2 * m * m + boundary * boundary +
-                                           elements * 15 * dofs * (dofs + 1) / 2);
+    constexpr std::uint64_t kOfDof = 12;  // for an element's forces
+    cost.force_operations = kIterations * (m * m + boundary * boundary + elements * kOfDof * dofs);
     cost.force_bytes = static_cast<std::uint64_t>(content.zone->most_nodes) * sizeof(pack::OrganNode);
     // The last delivery's field, and three columns for each node of the patch.
     std::uint64_t patch = 0;

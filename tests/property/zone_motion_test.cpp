@@ -158,6 +158,26 @@ TEST(ZoneMotion, TangentsAreMadeInTime) {
   }
 }
 
+// A frame that ends with a step which it does not evaluate tells the energy at the end of that step.
+TEST(ZoneMotion, EnergyIsThatOfWhereTheZoneIs) {
+  const ZoneBlock& organ = tissue_block(2, false, {0.02, 0.01, -0.06});
+  const std::vector<uint32_t> sites = kSets.front();
+  OwnedSession session(organ.pack->get(), organ.config(4));
+  settle(session, on_circle(sites, 0));
+  const TissueState& tissue = session.get()->tissue;
+  double largest = 0;
+  double most = 0;
+  for (int frame = 1; frame < 40; ++frame) {
+    session.touch(on_circle(sites, frame));
+    const double moving = tissue.stored_energy;
+    session.touch(on_circle(sites, frame));
+    largest = std::max(largest, std::abs(tissue.stored_energy));
+    most = std::max(most, std::abs(moving - tissue.stored_energy));
+  }
+  EXPECT_GT(largest, 0);
+  EXPECT_LE(most, 1e-8 * largest);
+}
+
 // A residual of pure rounding does not shrink, and that says nothing about the tangent.
 TEST(ZoneMotion, AToolHeldStillMakesNoTangents) {
   const ZoneBlock& organ = tissue_block(2);

@@ -1,6 +1,8 @@
 // The geometry of elements in the mesh.
 #include <math.h>
 
+#include <algorithm>
+
 #include "runtime/src/elements/zone_elements.hpp"
 
 namespace palpate {
@@ -103,6 +105,22 @@ void scale_volumes(const ZoneBatches& batches) {
     batches.patches[p].volume = 0;
   scale_volumes_of(batches.linear, batches.num_linear, batches.patches);
   scale_volumes_of(batches.quadratic, batches.num_quadratic, batches.patches);
+}
+
+double steepest_gradient(const ZoneBatches& batches) {
+  double largest = 0;
+  for_each_lanes(batches, [&](const auto& batch, const auto*) {
+    for (const auto& point : batch.elements.points) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        double sum = 0;
+        for (const auto& gradient : point.gradients)
+          sum += sqrt(gradient[0][lane] * gradient[0][lane] + gradient[1][lane] * gradient[1][lane] +
+                      gradient[2][lane] * gradient[2][lane]);
+        largest = std::max(largest, sum);
+      }
+    }
+  });
+  return largest;
 }
 
 template <int kNodes>

@@ -88,6 +88,10 @@ void for_each_lanes(const ZoneBatches& batches, Work&& work) {
 uint32_t num_parts(const ZoneBatches& batches);
 ZoneBatches part_of(const ZoneBatches& batches, uint32_t part);
 
+// The largest sum over an element's nodes of |dN_a / dX|, 1 / length. Where each node moves by less than a length, F changes by
+// at most the length times this.
+double steepest_gradient(const ZoneBatches& batches);
+
 // Makes of all points and patches what they are in the mesh, times ZoneLanes::stiffness.
 void scale_volumes(const ZoneBatches& batches);
 

@@ -276,6 +276,7 @@ bool list_elements(const pal_pack& pack, ContactBits mask, ZonePreparation& prep
   }
   batches.num_linear = (num_linear + kLanes - 1) / kLanes;
   batches.num_quadratic = (num_quadratic + kLanes - 1) / kLanes;
+  group.steepest = steepest_gradient(batches);
   preparation.used.linear += batches.num_linear;
   preparation.used.quadratic += batches.num_quadratic;
   preparation.used.patches += batches.num_patches;

@@ -32,17 +32,19 @@ constexpr double kLargest = 1e60;  // displacement, model units
 // `unmeasured`, no element is near inversion, and the tangent is not in doubt.
 bool is_last_step(const ZoneFrame& frame, const ZoneGroup& group, double length, double unmeasured) {
   constexpr double kSafeJacobian = 0.1;
-  constexpr double kLongest = 0.01;  // mean surface edges
-  const double edges = length / frame.pack.mean_surface_edge;
+  constexpr double kMostStrain = 0.01;  // change of F in any element
   const double expected = contraction(frame, group);
-  return length * std::max(expected, kStiffening * edges) <= unmeasured && expected <= kMostLeft &&
-         !group.tangent.is_shifted && edges <= kLongest && group.smallest_jacobian > kSafeJacobian;
+  const double of_step = kStiffening * length / frame.pack.mean_surface_edge;
+  return length * std::max(expected, of_step) <= unmeasured && expected <= kMostLeft &&
+         !group.tangent.is_shifted && length * group.steepest <= kMostStrain &&
+         group.smallest_jacobian > kSafeJacobian;
 }
 
 // What a Newton step has come to.
 struct Stepped {
-  double length;      // of the largest component; negative where there was no way: nothing has moved then
-  bool is_evaluated;  // else the group's forces and energy are those before the step
+  double length;  // of the largest component; negative where there was no way: nothing has moved then
+  bool
+      is_evaluated;  // else ZoneWork::forces, ZoneGroup::energy and ZoneSet::turning are those before the step
 };
 
 // A Newton step, or as much of it as leaves all elements upright. `unmeasured`: as for is_last_step().
@@ -112,11 +114,10 @@ void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
 }
 
 // The same after a last step s, by the residual r and the energy E before it and the tangent K: E - r . s + s . K s / 2 =
-// E - r . s / 2. find_forces() goes to the end of the step by itself.
-void conclude_last(ZoneFrame& frame, ZoneGroup& group) {
+// E - r . s / 2. find_forces() goes to the end of the step by itself. `stored`: E.
+void conclude_last(ZoneFrame& frame, double stored, ZoneGroup& group) {
   find_forces(frame, group);
-  group.stored =
-      stored_energy(frame, group) - 0.5 * product(frame.work.residual, group.tangent.step, group.unknowns);
+  group.stored = stored - 0.5 * product(frame.work.residual, group.tangent.step, group.unknowns);
 }
 
 // On its way to a balance Newton passes states in which elements are all but inverted, and bear many times what they come
@@ -200,7 +201,7 @@ struct Solved {
 
 // Lengths of errors of displacements.
 struct Goal {
-  double converged;   // a group with such an error is in balance
+  double converged;   // a group with a smaller error has converged
   double left;        // iterations go on beyond it
   double unmeasured;  // as for is_last_step()
 };
@@ -215,12 +216,13 @@ Solved solve_group(ZoneFrame& frame, uint32_t iterations, const Goal& goal, bool
   while (solved.taken < iterations && !is_done(goal.left) && !solved.failed) {
     find_residual(frame, group);
     const double before = size_of_residual(frame, group);
+    const double stored = stored_energy(frame, group);
     const Stepped step = iterate(frame, is_bounded, goal.unmeasured, group, is_renewed);
     solved.failed = step.length < 0;
     if (step.is_evaluated)
       conclude(frame, step.length > goal.converged ? before : 0, group);
     else
-      conclude_last(frame, group);
+      conclude_last(frame, stored, group);
     solved.left = step.length * contraction(frame, group);
     ++solved.taken;
   }

@@ -48,6 +48,8 @@ void change_correction(const pal_pack& pack, ZoneState& state, Change&& change) 
   ZoneFrame frame = frame_of(pack, state);
   double before[kMostZoneContacts] = {};
   double after[kMostZoneContacts] = {};
+  // After a frame's last step they may not be where they were evaluated.
+  for (uint32_t g = 0; g < set.num_groups; ++g) find_exterior_force(frame, set.groups[g]);
   const double sum = find_energies(frame, before);
   const uint64_t tangent = set.correction.tangent;
   const auto move_balance = [&](double sign) {

@@ -25,7 +25,7 @@ inline constexpr uint32_t kMostZoneAxes = 6 * kMostZoneContacts;
 // The exterior as the boundary of a group meets it (zone_balance.hpp).
 struct GroupExterior {
   float* stiffness;  // [boundary_stride][boundary_stride] the block of S of this boundary, symmetric
-  double* force;     // [boundary_stride] S w_B, computed by evaluate_group()
+  double* force;     // [boundary_stride] S w_B, computed by find_exterior_force()
   double* coupling;  // [axes of the set][boundary_stride] T
   double* coupled;   // [boundary_stride] T d, computed by find_coupling()
   double* coupled_in_balance;  // [boundary_stride] `coupled` at the last balance of the group
@@ -102,6 +102,7 @@ struct ZoneGroup : GroupLayout {
   ZoneSetbacks setbacks;
   double energy;             // of the elements, at the last evaluated displacements
   double smallest_jacobian;  // det F there
+  double steepest;           // steepest_gradient()
   double stored;             // energy of the group and of the organ outside, at the end of the last solve
   bool has_balance;  // ZoneSet::balanced has a balance of the group; else the state where the group began
   double stored_in_balance;  // `stored` at the last balance
