@@ -161,7 +161,7 @@ TEST(ZoneMotion, TangentsAreMadeInTime) {
 // A frame that ends with a step which it does not evaluate tells the energy at the end of that step.
 TEST(ZoneMotion, EnergyIsThatOfWhereTheZoneIs) {
   const ZoneBlock& organ = tissue_block(2, false, {0.02, 0.01, -0.06});
-  const std::vector<uint32_t> sites = kSets.front();
+  const std::vector<uint32_t>& sites = kSets.front();
   OwnedSession session(organ.pack->get(), organ.config(4));
   settle(session, on_circle(sites, 0));
   const TissueState& tissue = session.get()->tissue;
