@@ -4,7 +4,6 @@
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -18,6 +17,7 @@
 #include "offline/cli/nodal_table.hpp"
 #include "offline/cli/path_table.hpp"
 #include "offline/cli/solve_failure.hpp"
+#include "offline/cli/solve_progress.hpp"
 #include "offline/fem/arc_length.hpp"
 #include "offline/fem/static_solver.hpp"
 #include "offline/fem/step_loads.hpp"
@@ -25,7 +25,6 @@
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/volume_patches.hpp"
 #include "offline/output/finished_file.hpp"
-#include "offline/output/progress_bar.hpp"
 #include "offline/output/vtu_writer.hpp"
 
 namespace palpate {
@@ -228,24 +227,6 @@ class StepSolver {
   Eigen::VectorXd displacement_;
 };
 
-// Solves a step and shows its progress in thousandths of the step's time. A path has no time: INC bounds its progress.
-// Within an increment the residual's digits count.
-StepResult solve_with_bar(StepSolver& solver, const Step& step, size_t number) {
-  constexpr int kThousand = 1000;
-  ProgressBar bar(fmt::format("step {}{}", number, step.riks ? ", at most" : ""), kThousand);
-  double reached = 0;  // time of the last converged increment
-  IterationRecord last;
-  return solver.solve(step, [&](const IterationRecord& record) {
-    if (record.increment > last.increment) reached = last.load_factor;
-    last = record;
-    const double digits = std::log(record.residual) / std::log(SolverSettings().residual_tolerance);
-    const double gained = std::fmin(std::fmax(digits, 0.0), 1.0);
-    const double done = step.riks ? (record.increment - 1 + gained) / step.max_increments
-                                  : reached + gained * (record.load_factor - reached);
-    bar.show(static_cast<int>(kThousand * done));
-  });
-}
-
 nlohmann::json summary_of(const StepResult& result, double seconds, const Model& model) {
   const SolveReport& report = result.report;
   nlohmann::json summary = {
@@ -322,7 +303,9 @@ int run_solve(const SolveArguments& arguments) {
   bool converged = true;
   for (size_t i = 0; i < model.steps.size() && converged; ++i) {
     const auto start = std::chrono::steady_clock::now();
-    const StepResult result = solve_with_bar(solver, model.steps[i], i + 1);
+    SolveProgress progress(model.steps[i], i + 1);
+    const StepResult result =
+        solver.solve(model.steps[i], [&](const IterationRecord& record) { progress.show(record); });
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     converged = result.report.converged;
     summary["steps"].push_back(summary_of(result, seconds, model));

@@ -31,13 +31,13 @@ struct Front {
   int first_within = 0;  // first front of the subtree; the subtree ends at the front itself
   int depth = 0;         // number of ancestors
   size_t panel = 0;      // offset of L11 and L21 in the entries of L, column-major with num_rows rows
-  size_t rows = 0;       // offset in arrays with one entry for each row of every front
+  size_t rows = 0;       // offset in lists that hold the rows of every front, one front after the other
   size_t first_run = 0;  // index of the front's first run in FrontTree::runs_
   int num_runs = 0;
   double operations = 0;  // floating-point operations of the elimination
 
-  int num_updated() const { return num_rows - num_columns; }
-  size_t update_entries() const {  // U is stored as a square
+  int num_updated() const { return num_rows - num_columns; }  // rows below the columns, which U couples
+  size_t update_entries() const {  // U is stored as a square; its lower triangle is used
     return static_cast<size_t>(num_updated()) * static_cast<size_t>(num_updated());
   }
 };
@@ -46,8 +46,9 @@ struct Front {
 class FrontTree {
  public:
   FrontTree() = default;
-  // Converts CHOLMOD's supernodal analysis of `pattern`, which must be compressed. Throws std::runtime_error where the
-  // panel of a front, num_rows x num_columns, has more than 2^31 - 1 entries.
+  // Converts CHOLMOD's supernodal analysis of `pattern`, which is in Eigen's compressed mode and in the order of the
+  // equations before CHOLMOD's permutation. Throws std::runtime_error where the panel of a front, num_rows x num_columns,
+  // has more than 2^31 - 1 entries.
   FrontTree(const SparseLower& pattern, const cholmod_factor_struct& symbolic);
 
   int size() const { return static_cast<int>(fronts_.size()); }

@@ -1,11 +1,11 @@
 // Anderson's acceleration of a fixed-point iteration y <- G(y).
 //
-// With the residuals f = G(y) - y and the differences dY, dF of the last `depth` iterates,
+// With the residuals f = G(y) - y and the last `depth` differences dY, dF of successive y and f,
 //
 //   y_next = y + f - (dY + dF) gamma,    gamma = argmin |f - dF gamma|.
 //
-// A linear G with m <= depth distinct eigenvalues converges in m + 1 iterations, also where the modulus of an eigenvalue
-// exceeds 1 and plain iteration would diverge.
+// A linear, diagonalisable G with m <= depth distinct eigenvalues, none of them 1, converges in m + 1 iterations unless it
+// stagnates, also where the modulus of an eigenvalue exceeds 1 and plain iteration would diverge.
 //
 // Source: Anderson 1965, J. ACM 12; Walker and Ni 2011, SIAM J. Numer. Anal. 49.
 #pragma once
@@ -22,7 +22,7 @@ inline constexpr uint32_t kMostAccelerated = 5;  // depth
 struct Acceleration {
   size_t size;      // of y
   uint32_t count;   // differences held
-  uint32_t next;    // place of the next one
+  uint32_t next;    // column that the next difference overwrites
   bool has_last;    // last_y and last_f hold an iterate
   double* moves;    // [kMostAccelerated][size] dY
   double* changes;  // [kMostAccelerated][size] dF

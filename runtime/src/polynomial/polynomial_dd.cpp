@@ -13,7 +13,7 @@ using pack::monomial_start;
 using pack::num_monomials;
 
 constexpr uint32_t kMostMonomials = num_monomials(0, pack::kMaxDegree - 1);
-// Relative rounding of lengths after a conversion of units and back.
+// A conversion of units and back changes a length by at most this part.
 constexpr double kRounding = 1e-9;
 
 // Value, gradient and Hessian (xx xy xz yy yz zz) of a part of the energy.
@@ -72,7 +72,7 @@ Part differentiate(const double x[3], const double* monomials, const double* coe
   return part;
 }
 
-// g(s) = q_n(s) / s^n and its first two derivatives, s > 1.
+// g(s) = q_n(s) / s^n and its first two derivatives, s > 1. q_n is the expansion of s^n at s = 1 to second order.
 struct Continuation {
   double g, first, second;
 };
@@ -88,7 +88,7 @@ Continuation continue_energy(uint32_t degree, double s) {
   return {q * power, (q1 - n * q / s) * power, (q2 - 2.0 * n * q1 / s + n * (n + 1.0) * q / (s * s)) * power};
 }
 
-// phi(c) and its first two derivatives.
+// phi(c) and its first two derivatives. phi fades the nonlinear energy behind the surface (polynomial_dd.hpp).
 struct Fade {
   double phi, first, second;
 };
@@ -106,7 +106,7 @@ Fade fade_behind_surface(double c) {
 // Adds g(s) E_n with t = x / s:
 //
 //   grad = g grad E + E g' t
-//   Hess = g Hess E + g' (t grad E^T + grad E t^T) + E (g'' t t^T + g'/s (1 - t t^T)).
+//   Hess = g Hess E + g' (t grad E^T + grad E t^T) + E (g'' t t^T + g'/s (I - t t^T)).
 void add_continued(const Part& part, uint32_t degree, double s, const double t[3], Part& sum) {
   if (s <= 1.0) {
     sum.value += part.value;
@@ -153,7 +153,7 @@ void pull_back(const double A[9], Part& part) {
   }
 }
 
-// Extends the answer from d' = r d, at 4 radii, along the ray:
+// Extends energy and force from d' = r d, where |D d'| = 4, along the ray; the stiffness stays that of d':
 //
 //   W(d) = E(d') + F(d') . (d - d'),   F = F(d') + 4 (1 - r) (K u - (u . K u) g)
 //
