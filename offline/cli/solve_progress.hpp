@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-// Shows thousandths of the step's time. A path has no time: INC bounds its progress. Within an increment the residual's digits
-// count.
+// Shows thousandths of the time of the step. A path has no time: INC bounds its progress. Within an increment the
+// digits of the residual count.
 class SolveProgress {
  public:
   // `number`: of the step, from 1.

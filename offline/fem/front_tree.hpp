@@ -47,8 +47,8 @@ class FrontTree {
  public:
   FrontTree() = default;
   // Converts CHOLMOD's supernodal analysis of `pattern`, which is in Eigen's compressed mode and in the order of the
-  // equations before CHOLMOD's permutation. Throws std::runtime_error where the panel of a front, num_rows x num_columns,
-  // has more than 2^31 - 1 entries.
+  // equations before CHOLMOD's permutation. Throws std::runtime_error where the panel of a front, num_rows x
+  // num_columns, has more than 2^31 - 1 entries.
   FrontTree(const SparseLower& pattern, const cholmod_factor_struct& symbolic);
 
   int size() const { return static_cast<int>(fronts_.size()); }

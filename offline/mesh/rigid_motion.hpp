@@ -24,10 +24,11 @@ struct LoosePart {
 // there. Each held dof is thus a row of six numbers; rank 6 of the rows holds a part.
 std::vector<LoosePart> loose_parts(const Model& model, const std::vector<PrescribedDisplacement>& held);
 
-// Returns parts that may move about the corner or edge that attaches them. A part here is a set of elements that share faces.
-// A part is fixed where its held dofs and the nodes that it shares with fixed parts stop all six rigid motions; the function
-// returns the others. It looks at one part at a time, so that it also returns parts that only hold each other. `held` is
-// sorted by node. Cost: O(elements log elements), and a pass over the nodes for each part of a chain of parts.
+// Returns parts that may move about the corner or edge that attaches them. A part here is a set of elements that
+// share faces. A part is fixed where its held dofs and the nodes that it shares with fixed parts stop all six rigid
+// motions; the function returns the others. It looks at one part at a time, so that it also returns parts that only
+// hold each other. `held` is sorted by node. Cost: O(elements log elements), and a pass over the nodes for each part
+// of a chain of parts.
 std::vector<LoosePart> hinged_parts(const Model& model, const std::vector<PrescribedDisplacement>& held);
 
 }  // namespace palpate

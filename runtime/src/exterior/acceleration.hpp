@@ -4,8 +4,8 @@
 //
 //   y_next = y + f - (dY + dF) gamma,    gamma = argmin |f - dF gamma|.
 //
-// A linear, diagonalisable G with m <= depth distinct eigenvalues, none of them 1, converges in m + 1 iterations unless it
-// stagnates, also where the modulus of an eigenvalue exceeds 1 and plain iteration would diverge.
+// A linear, diagonalisable G with m <= depth distinct eigenvalues, none of them 1, converges in m + 1 iterations
+// unless it stagnates, also where the modulus of an eigenvalue exceeds 1 and plain iteration would diverge.
 //
 // Source: Anderson 1965, J. ACM 12; Walker and Ni 2011, SIAM J. Numer. Anal. 49.
 #pragma once

@@ -153,7 +153,7 @@ void pull_back(const double A[9], Part& part) {
   }
 }
 
-// Extends energy and force from d' = r d, where |D d'| = 4, along the ray; the stiffness stays that of d':
+// Extends energy and force from d' = r d, where |A d'| = 4, along the ray; the stiffness stays that of d':
 //
 //   W(d) = E(d') + F(d') . (d - d'),   F = F(d') + 4 (1 - r) (K u - (u . K u) g)
 //
