@@ -20,8 +20,8 @@ struct LoosePart {
 
 // Returns the parts that `held` leaves loose, by first node; prescribed values do not matter.
 //
-// A motion t + w x (x - c), with any fixed point c, leaves a held dof (node, axis) in place if its component along the axis is 0
-// there. Each held dof is thus a row of six numbers; rank 6 of the rows holds a part.
+// A motion t + w x (x - c), with any fixed point c, leaves a held dof (node, axis) in place if its component along the
+// axis is 0 there. Each held dof is thus a row of six numbers; rank 6 of the rows holds a part.
 std::vector<LoosePart> loose_parts(const Model& model, const std::vector<PrescribedDisplacement>& held);
 
 // Returns parts that may move about the corner or edge that attaches them. A part here is a set of elements that
