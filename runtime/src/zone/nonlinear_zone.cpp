@@ -21,8 +21,7 @@ constexpr double kConverged = 1e-4;
 // A frame whose contacts stand still in a refined zone iterates until kConverged times this is reached, if its iterations
 // suffice. The errors that a frame leaves are noise for the lane's acceleration.
 constexpr double kAtRest = 1e-4;
-// A last step that no evaluation follows leaves this part of the error at most, as nothing measures what it leaves. Given
-// forces are compared with the contacts' forces, so that frames with given forces measure them.
+// Nothing measures the error after a step that is not evaluated, so that error is kept below this part of the accepted one.
 constexpr double kUnmeasured = 0.25;
 constexpr double kMostLeft =
     0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
@@ -43,8 +42,8 @@ bool is_last_step(const ZoneFrame& frame, const ZoneGroup& group, double length,
 // What a Newton step has come to.
 struct Stepped {
   double length;  // of the largest component; negative where there was no way: nothing has moved then
-  bool
-      is_evaluated;  // else ZoneWork::forces, ZoneGroup::energy and ZoneSet::turning are those before the step
+  // Else ZoneWork::forces, ZoneGroup::energy and ZoneSet::turning are those before the step.
+  bool is_evaluated;
 };
 
 // A Newton step, or as much of it as leaves all elements upright. `unmeasured`: as for is_last_step().
@@ -286,6 +285,7 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   Goal goal = {};
   goal.converged = kConverged * size;
   goal.left = (!are_forces_given && set.correction.is_refined && is_still ? kAtRest : 1) * goal.converged;
+  // Given forces are compared with the contacts' forces, so the last step is evaluated.
   goal.unmeasured = are_forces_given ? 0 : kUnmeasured * goal.left;
   bool is_renewed[kMostZoneContacts] = {};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
