@@ -13,7 +13,7 @@
 
 namespace {
 
-// Numbers aligned to cache lines.
+// An array of small numbers, aligned to cache lines.
 template <typename Number>
 struct Aligned {
   explicit Aligned(size_t size)
@@ -30,7 +30,7 @@ struct Aligned {
 using Numbers = Aligned<double>;
 using Floats = Aligned<float>;
 
-size_t up_to(size_t size, size_t multiple) {
+size_t round_up(size_t size, size_t multiple) {
   return (size + multiple - 1) / multiple * multiple;
 }
 
@@ -51,11 +51,12 @@ void copy(benchmark::State& state, size_t bytes) {
   count_work(state, bytes, 0);
 }
 
-// Stride of a padded row, for a matrix of `nodes` nodes.
+// Returns the stride of a padded row of the contact stiffness, for `nodes` held nodes.
 size_t inverse_stride(size_t nodes) {
-  return up_to(3 * nodes, palpate::kInverseLanes);
+  return round_up(3 * nodes, palpate::kInverseLanes);
 }
 
+// Times the product of the contact stiffness with three vectors.
 void inverse_multiply(benchmark::State& state, palpate::InverseKernel kernel) {
   const auto nodes = static_cast<size_t>(state.range(0));
   const size_t stride = inverse_stride(nodes);
@@ -80,7 +81,7 @@ void held_nodes(benchmark::internal::Benchmark* bench) {
   for (const int nodes : {3, 8, 32, 96}) bench->Arg(nodes);
 }
 
-// Product with the symmetric boundary matrix of a zone: an iteration reads half of the matrix.
+// Times the product with the symmetric boundary matrix of a zone. The kernel reads half of the matrix.
 void zone_product(benchmark::State& state, palpate::EliminationKernel kernel) {
   const auto size = static_cast<uint32_t>(state.range(0));
   const uint32_t stride = palpate::symmetric_stride(size);
@@ -102,8 +103,7 @@ void copy_of_zone_product(benchmark::State& state) {
   copy(state, stride * stride * sizeof(float) / 2);
 }
 
-// Elimination of all unknowns of a zone, as for the zone's stiffness. The time includes a copy of the matrix,
-// a small part.
+// Times the elimination of all unknowns of a zone, with a copy of the matrix, a small part of the time.
 void zone_elimination(benchmark::State& state, palpate::EliminationKernel kernel) {
   const auto size = static_cast<uint32_t>(state.range(0));
   const uint32_t stride = palpate::elimination_stride(size);
@@ -132,7 +132,7 @@ void zone_sizes(benchmark::internal::Benchmark* bench) {
   for (const int unknowns : {27, 123, 285}) bench->Arg(unknowns);
 }
 
-// Deformation gradients, forces and stiffness of four elements at a time.
+// Times deformation gradient, force and stiffness at a point of each of kLanes elements.
 template <int kNodes>
 void element_batch(benchmark::State& state, const palpate::BatchKernels<kNodes>& kernels) {
   typename palpate::ElementBatch<kNodes>::Point point = {};

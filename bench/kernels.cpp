@@ -55,8 +55,8 @@ void copy_of_same_bytes(benchmark::State& state) {
                           static_cast<int64_t>(from.count * sizeof(pal_real)));
 }
 
-// (rows, columns), 3 rows a node. Columns: a held node of linear_dd, a patch of 7, polynomials of rank 8, 16
-// and 32.
+// Sets (rows, columns), 3 rows a node. linear_dd has 3 columns for a held node and 21 for a patch of 7 nodes.
+// A polynomial has 3 + rank columns; ranks are 8, 16 and 32.
 void shapes(benchmark::internal::Benchmark* bench) {
   bench->ArgNames({"rows", "columns"});
   for (const int rows : {960, 4800, 9600}) {
@@ -64,7 +64,7 @@ void shapes(benchmark::internal::Benchmark* bench) {
   }
 }
 
-// A polynomial's panels with columns of int16.
+// The panels of a polynomial with columns of int16.
 struct RoundedPanels {
   RoundedPanels(size_t panels, uint32_t rank)
       : panel_bytes(palpate::pack::field_panel_bytes(3 + rank, true)),
@@ -124,7 +124,7 @@ void rounded_shapes(benchmark::internal::Benchmark* bench) {
 
 }  // namespace
 
-// Both threads' state transfer of a field, without its weights.
+// Times the swaps by which the haptic thread hands a field to the visual thread, without a copy of weights.
 void snapshot_hand_over(benchmark::State& state) {
   palpate::FieldSnapshots snapshots = {};
   palpate::reset_snapshots(snapshots);
@@ -135,12 +135,12 @@ void snapshot_hand_over(benchmark::State& state) {
 }
 BENCHMARK(snapshot_hand_over);
 
-// Each kernel that this processor runs.
+// Registers a benchmark for each kernel that this processor runs.
 const bool field_kernels_are_registered = [] {
   palpate::FieldKernel kernels[palpate::kMostFieldKernels];
   const uint32_t count = palpate::list_field_kernels(kernels);
   for (uint32_t k = 0; k < count; ++k) {
-    // Two kernels may share one of their two loops, and so its name.
+    // A kernel may share one of its two loops with the kernel before. The shared loop is registered once.
     if (k == 0 || kernels[k].add_columns != kernels[k - 1].add_columns) {
       shapes(benchmark::RegisterBenchmark((std::string("field_") + kernels[k].name).c_str(), field,
                                           kernels[k].add_columns));

@@ -14,7 +14,7 @@ import sys
 
 # The copy of a kernel's bytes, by the start of the kernel's name.
 COPIES = {"field": "copy_of_same_bytes", "rounded_field": "copy_of_same_rounded_bytes",
-          "held_inverse": "copy_of_held_inverse", "zone_product": "copy_of_zone_product"}
+          "held_inverse": "copy_of_contact_stiffness", "zone_product": "copy_of_zone_product"}
 
 
 def shape_of(name):

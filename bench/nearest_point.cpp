@@ -1,4 +1,4 @@
-// surface_bvh on the whole surface of the shipped brain: time, and visited boxes and triangles.
+// Benchmark of surface_bvh on the whole surface of the shipped brain: time, visited boxes and triangles.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ const TouchableSurface& brain() {
   return surface;
 }
 
-// A tip around the brain at 0.3 m/s (0.3 mm a frame), up to 10 mm outside and inside its surface.
+// Returns positions of a tip around the brain, 0.3 mm a frame, up to 10 mm outside and inside of the surface.
 std::vector<Vector3d> path() {
   std::vector<Vector3d> positions;
   Vector3d centre = Vector3d::Zero();
@@ -44,7 +44,7 @@ std::vector<Vector3d> path() {
   return positions;
 }
 
-// Random positions in and around the brain.
+// Returns random positions in and around the brain.
 std::vector<Vector3d> anywhere() {
   palpate::test::TestRandom random(1);
   std::vector<Vector3d> positions(kPositions);
@@ -55,13 +55,13 @@ std::vector<Vector3d> anywhere() {
 void nearest_point(benchmark::State& state, const std::vector<Vector3d>& positions, bool warm_start) {
   const pal_pack& pack = brain().pack;
   palpate::SurfaceHit hit = {};
-  size_t at = 0;
+  size_t next = 0;
   for (auto _ : state) {
-    palpate::find_nearest_surface_point(pack, positions[at].data(), warm_start ? hit.primitive : 0, hit);
+    palpate::find_nearest_surface_point(pack, positions[next].data(), warm_start ? hit.primitive : 0, hit);
     benchmark::DoNotOptimize(hit);
-    at = (at + 1) % kPositions;
+    next = (next + 1) % kPositions;
   }
-  // Times each search singly, including the clock, and counts visits.
+  // Times each search alone, including the clock, and counts visits.
   std::vector<double> nanoseconds;
   double nodes = 0;
   double primitives = 0;
@@ -74,12 +74,12 @@ void nearest_point(benchmark::State& state, const std::vector<Vector3d>& positio
     primitives += visits.primitives;
   }
   std::sort(nanoseconds.begin(), nanoseconds.end());
-  const auto part = [&](double share) {
+  const auto quantile = [&](double share) {
     return nanoseconds[static_cast<size_t>(share * static_cast<double>(kPositions - 1))];
   };
-  state.counters["median_ns"] = part(0.5);
-  state.counters["p99_ns"] = part(0.99);
-  state.counters["max_ns"] = part(1);
+  state.counters["median_ns"] = quantile(0.5);
+  state.counters["p99_ns"] = quantile(0.99);
+  state.counters["max_ns"] = quantile(1);
   state.counters["boxes"] = nodes / kPositions;
   state.counters["triangles"] = primitives / kPositions;
   state.counters["of_triangles"] = static_cast<double>(brain().size());

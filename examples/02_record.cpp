@@ -1,5 +1,4 @@
-// record PACK OUT.rec: a tool approaches the organ, touches the surface, presses and leaves. The program
-// saves a recording for `palpate replay PACK OUT.rec`.
+// record PACK OUT.rec: a tool touches the organ and leaves. `palpate replay PACK OUT.rec` repeats the calls.
 #include <cmath>
 #include <cstdio>
 #include <palpate/palpate.hpp>

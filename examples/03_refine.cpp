@@ -1,5 +1,5 @@
-// refine PACK: a contact moves in on the haptic thread while a second thread refines the organ outside of the zone. The
-// pack must have zones, such as models/brain/brain_zone.toml.
+// refine PACK: a contact moves in on the haptic thread while a second thread refines the organ outside of the
+// zone. The pack must have zones, as a pack of models/brain/brain_zone.toml has.
 #include <atomic>
 #include <chrono>
 #include <cstdio>

@@ -18,13 +18,12 @@ inline constexpr uint64_t kAlignment = 64;  // a cache line, and the widest vect
 inline constexpr char kMagic[8] = {'P', 'A', 'L', 'P', 'A', 'T', 'E', '\0'};
 inline constexpr uint32_t kFormatVersion = 20;
 inline constexpr uint32_t kPanelNodes = 32;
-inline constexpr uint32_t kPanelRows =
-    3 * kPanelNodes;                           // dofs whose coefficients are adjacent in a field panel
-inline constexpr uint32_t kMaxDegree = 14;     // degree of displacement polynomials
-inline constexpr uint32_t kMostRank = 96;      // rank of a site's basis
-inline constexpr int kBasisUnit = 32767;       // 1 in columns of int16
-inline constexpr uint32_t kSurveyBins = 4;     // largest number of bins, by |d| / max_displacement
-inline constexpr uint32_t kMostContacts = 64;  // limit of a session and of a scene
+inline constexpr uint32_t kPanelRows = 3 * kPanelNodes;  // dofs with adjacent coefficients in a field panel
+inline constexpr uint32_t kMaxDegree = 14;               // degree of displacement polynomials
+inline constexpr uint32_t kMostRank = 96;                // rank of a site's basis
+inline constexpr int kBasisUnit = 32767;                 // 1 in columns of int16
+inline constexpr uint32_t kSurveyBins = 4;               // largest number of bins, by |d| / max_displacement
+inline constexpr uint32_t kMostContacts = 64;            // limit of a session and of a scene
 
 // The type of displacement fields (Pack::real_bytes).
 #if defined(PALPATE_FLOAT64) && PALPATE_FLOAT64
@@ -40,8 +39,7 @@ struct PackHeader {
   uint64_t tables_offset;  // 64
   uint64_t tables_bytes;   // size of the FlatBuffer, without padding
   uint64_t file_bytes;
-  uint64_t
-      checksum;  // XXH3-64 of all bytes after the header, seeded with XXH3-64 of the header with this field 0
+  uint64_t checksum;     // XXH3-64 of the bytes after the header (pack_checksum.hpp)
   uint8_t reserved[16];  // zero
 };
 static_assert(sizeof(PackHeader) == kAlignment);
@@ -114,8 +112,8 @@ struct OrganElement {
   uint32_t nodes[kOrganElementNodes];  // nodes of Organ; 0 from num_nodes on
   uint32_t num_nodes;                  // 4 or 10
   uint32_t material;
-  // Elements of a volume patch share their volume change (offline/fem/shared_volumes.hpp). They are consecutive, with
-  // ascending patches. Elements without a patch, kNoPatch, may stand between the patches.
+  // Elements of a volume patch share their volume change (offline/fem/shared_volumes.hpp) and are
+  // consecutive. Patches ascend. Elements without a patch, kNoPatch, may stand between the patches.
   uint32_t volume_patch;
 };
 static_assert(sizeof(OrganElement) == 52);
@@ -131,9 +129,10 @@ struct Front {
   uint32_t num_rows;
   uint32_t parent;  // the front that holds all its rows; kNoFront: a root
   uint32_t first_element;
-  // Elements whose first node in the elimination is a column of the front; elements without a free node join front 0
+  // Elements whose first eliminated node is a column of the front; front 0 also has elements without free
+  // nodes
   uint32_t num_elements;
-  uint32_t num_within;  // fronts of its subtree, which end with the front itself
+  uint32_t num_within;  // fronts of its subtree, including the front itself, which is the last
 };
 static_assert(sizeof(Front) == 32);
 inline constexpr uint32_t kNoFront = UINT32_MAX;
@@ -158,8 +157,8 @@ static_assert(sizeof(ZoneMaterial) == 80);
 
 inline constexpr uint32_t kMostZoneRings = 8;
 inline constexpr uint32_t kMostZoneContacts = 8;  // limit for a session with zones
-// Nodes fixed at run time that a zone allows: all these nodes are on the boundary of a zone, and a frame costs the square of
-// the boundary.
+// Limit of nodes fixed at run time in a zone. All these nodes are on the boundary of a zone, and the cost of
+// a frame rises with the square of the boundary.
 inline constexpr uint32_t kMostZoneFixed = 32;
 
 constexpr uint64_t round_up(uint64_t bytes, uint64_t multiple) {

@@ -1,4 +1,4 @@
-// Exact linear frames by one back-solve with a prepared factor (CHOLMOD). The factor holds for one set of contacts.
+// Exact linear frames by a back-solve with a prepared factor (CHOLMOD). The factor fits one set of contacts.
 #pragma once
 
 #include <Eigen/CholmodSupport>
@@ -15,12 +15,12 @@ class BackSolve {
     if (factor_.info() != Eigen::Success) throw std::runtime_error("the stiffness is not positive definite");
   }
 
-  // Returns u_f.
+  // Returns u_f for the displacement d of the contacts.
   const Eigen::VectorXd& frame(const Eigen::VectorXd& d) {
     displacement_ = factor_.solve(Eigen::VectorXd(-(held_->free_contact * d)));
     return displacement_;
   }
-  // Returns u_f for each column; blocks of columns share each read of the factor.
+  // Returns u_f for each column of d. The columns share each read of the factor.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& d) {
     return factor_.solve(Eigen::MatrixXd(-(held_->free_contact * d)));
   }

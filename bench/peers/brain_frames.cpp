@@ -1,4 +1,4 @@
-// linear_dd on the brain: times and errors of forces, fields, and joining and leaving contacts.
+// Page of linear_dd on the brain: times and errors of forces, fields, and joining and leaving contacts.
 #include <cstring>
 
 #include "bench/peers/method_frames.hpp"
@@ -14,12 +14,12 @@ using Sites = std::vector<std::uint32_t>;
 constexpr size_t kSpareSites = 8;  // sites of the pool beyond the contacts held at once
 constexpr int kColdFrames = 150;
 
-class Bed {
+class BrainSession {
  public:
-  explicit Bed(const LinearOrgan& organ, std::uint32_t max_contacts)
+  explicit BrainSession(const LinearOrgan& organ, std::uint32_t max_contacts)
       : organ_(&organ), session_(organ, max_contacts) {}
 
-  // Sets the next frame's contacts without a frame.
+  // Sets the contacts of the next frame.
   void set(const Sites& sites) {
     if (contacts_.size() != sites.size()) contacts_.resize(sites.size());
     d_ = circling(frame_++, sites.size(), Motion::each_its_own, 1.0);
@@ -29,7 +29,7 @@ class Bed {
   void force_frame() { session_.contact_frame(contacts_); }
   void field_frame() { session_.visual_frame(); }
 
-  // Checks the last frame.
+  // Adds the errors of the last frame.
   void check(Errors& errors) {
     session_.visual_frame();
     std::vector<int> nodes;
@@ -64,36 +64,37 @@ std::string bar_cell(double bar) {
 
 // ---------------------------------------------------------------- forces
 
+// Bars: the times that a row should stay below, us; 0: no bar.
 struct Bars {
   size_t contacts;
-  double force;  // us; 0 for none
-  double comes;
+  double force;
+  double joining;
 };
 constexpr Bars kBars[] = {{1, 0.2, 0}, {3, 0.5, 0}, {8, 2.5, 2}, {32, 0, 12}};
 
 void add_force_row(const LinearOrgan& brain, const Bars& bars, const Sites& patch, const Study& study,
                    CacheEvictor& evictor, study::StudyTable& table) {
-  Bed bed(brain, static_cast<std::uint32_t>(bars.contacts));
+  BrainSession session(brain, static_cast<std::uint32_t>(bars.contacts));
   const Sites sites(patch.begin(), patch.begin() + static_cast<std::ptrdiff_t>(bars.contacts));
   Errors errors;
   FrameTimes warm;
   const int frames = study.patient ? 1000000 : 100000;
   for (int i = -1000; i < frames; ++i) {
-    bed.set(sites);
+    session.set(sites);
     if (i < 0) {
-      bed.force_frame();
+      session.force_frame();
     } else {
-      warm.time([&] { bed.force_frame(); });
+      warm.time([&] { session.force_frame(); });
     }
   }
-  bed.check(errors);
+  session.check(errors);
   FrameTimes cold;
   for (int i = 0; i < kColdFrames; ++i) {
-    bed.set(sites);
+    session.set(sites);
     evictor.evict();
-    cold.time([&] { bed.force_frame(); });
+    cold.time([&] { session.force_frame(); });
   }
-  bed.check(errors);
+  session.check(errors);
   table.add(join({{std::to_string(bars.contacts)},
                   time_cells(warm),
                   {bar_cell(bars.force), in_us(cold.median()), in_us(cold.at(1))},
@@ -104,11 +105,11 @@ void add_force_row(const LinearOrgan& brain, const Bars& bars, const Sites& patc
 
 void add_field_row(const LinearOrgan& brain, const Bars& bars, const Sites& patch, const Study& study,
                    CacheEvictor& evictor, study::StudyTable& table) {
-  Bed bed(brain, static_cast<std::uint32_t>(bars.contacts));
-  bed.set(Sites(patch.begin(), patch.begin() + static_cast<std::ptrdiff_t>(bars.contacts)));
-  bed.force_frame();
+  BrainSession session(brain, static_cast<std::uint32_t>(bars.contacts));
+  session.set(Sites(patch.begin(), patch.begin() + static_cast<std::ptrdiff_t>(bars.contacts)));
+  session.force_frame();
   Errors errors;
-  bed.check(errors);
+  session.check(errors);
   const size_t rows = static_cast<size_t>(3 * brain.num_shown());
   const size_t bytes = pack::num_panels(static_cast<std::uint32_t>(brain.num_shown())) * size_t{3} *
                        pack::kPanelRows * sizeof(pal_real) * bars.contacts;
@@ -118,9 +119,8 @@ void add_field_row(const LinearOrgan& brain, const Bars& bars, const Sites& patc
     std::memcpy(to.data(), from.data(), bytes);
     asm volatile("" : : "r"(to.data()) : "memory");
   };
-  const auto field = [&] { bed.field_frame(); };
-  // The methods alternate in blocks, so both see the same machine. Uncounted frames begin each block, because
-  // the other method has used the caches.
+  const auto field = [&] { session.field_frame(); };
+  // Field and memcpy alternate in blocks under the same load. Uncounted calls first refill the caches.
   constexpr int kBlocks = 40;
   const int frames = (study.patient ? 100000 : 20000) / kBlocks;
   FrameTimes warm, warm_copy, cold, cold_copy;
@@ -145,47 +145,46 @@ void add_field_row(const LinearOrgan& brain, const Bars& bars, const Sites& patc
 
 // --------------------------------------------------------------- changes
 
-// Contacts move through a pool of sites: a contact joins at the front, then the last leaves. No set repeats
-// while the session still knows it.
-struct Change {
-  FrameTimes comes, goes;
-  Errors after_coming, after_going;
+// Times of contacts that move through a pool of sites: a contact joins, then the oldest leaves. The pool is
+// so large that no set repeats while the session keeps its data.
+struct ChangeTimes {
+  FrameTimes joining, leaving;
+  Errors after_joining, after_leaving;
 };
 
-Change time_changes(const LinearOrgan& brain, size_t held, const Sites& pool, int cycles,
-                    CacheEvictor* evictor) {
-  Bed bed(brain, static_cast<std::uint32_t>(held + 1));
-  Change change;
+ChangeTimes time_changes(const LinearOrgan& brain, size_t held, const Sites& pool, int cycles,
+                         CacheEvictor* evictor) {
+  BrainSession session(brain, static_cast<std::uint32_t>(held + 1));
+  ChangeTimes change;
   Sites sites(pool.begin(), pool.begin() + static_cast<std::ptrdiff_t>(held));
   size_t next = held;
-  const auto come = [&] { sites.push_back(pool[next++ % pool.size()]); };
+  const auto join_next = [&] { sites.push_back(pool[next++ % pool.size()]); };
   const auto frame = [&](FrameTimes* times) {
-    bed.set(sites);
+    session.set(sites);
     if (evictor != nullptr) evictor->evict();
     if (times == nullptr) {
-      bed.force_frame();
+      session.force_frame();
     } else {
-      times->time([&] { bed.force_frame(); });
+      times->time([&] { session.force_frame(); });
     }
   };
   frame(nullptr);
   const int warm_up = evictor != nullptr ? 1 : 200;
-  constexpr int kChecked = 3;  // last, so these inherit the rounding of all others
+  constexpr int kChecked = 3;  // the last cycles, which have the rounding of all changes before
   for (int cycle = -warm_up; cycle < cycles + kChecked; ++cycle) {
     const bool timed = cycle >= 0 && cycle < cycles;
-    come();
-    frame(timed ? &change.comes : nullptr);
-    if (cycle >= cycles) bed.check(change.after_coming);
-    // Every fourth change repairs rounding. An extra pair of changes now and then avoids that only joins, or
-    // no joins, meet the repair.
+    join_next();
+    frame(timed ? &change.joining : nullptr);
+    if (cycle >= cycles) session.check(change.after_joining);
+    // Every fourth change repairs rounding. Extra changes let the repair meet both joins and leaves.
     if (cycle % 7 == 0) {
       sites.erase(sites.begin());
-      come();
+      join_next();
       frame(nullptr);
     }
     sites.erase(sites.begin());
-    frame(timed ? &change.goes : nullptr);
-    if (cycle >= cycles) bed.check(change.after_going);
+    frame(timed ? &change.leaving : nullptr);
+    if (cycle >= cycles) session.check(change.after_leaving);
   }
   return change;
 }
@@ -196,16 +195,16 @@ void add_change_rows(const LinearOrgan& brain, const Bars& bars, const Sites& pa
   const int cycles = (study.patient ? 200000 : 20000) / (held > 8 ? 2 : 1);
   const Sites near(patch.begin(), patch.begin() + static_cast<std::ptrdiff_t>(held + kSpareSites));
   const Sites anywhere = random_sites(brain.num_sites(), brain.num_sites(), 1);
-  const auto add = [&](const char* where, const Change& change, double bar) {
+  const auto add = [&](const char* where, const ChangeTimes& change, double bar) {
     const auto row = [&](const char* what, const FrameTimes& times, double row_bar, const Errors& errors) {
       table.add(join({{std::to_string(held), what, where, in_us(times.median()), in_us(times.at(0.9)),
                        in_us(times.at(0.999)), in_us(times.at(1)), bar_cell(row_bar)},
                       error_cells(errors)}));
     };
-    row("comes", change.comes, bar, change.after_coming);
-    row("goes", change.goes, 0, change.after_going);
+    row("comes", change.joining, bar, change.after_joining);
+    row("goes", change.leaving, 0, change.after_leaving);
   };
-  add("warm", time_changes(brain, held, near, cycles, nullptr), bars.comes);
+  add("warm", time_changes(brain, held, near, cycles, nullptr), bars.joining);
   add("anywhere", time_changes(brain, held, anywhere, cycles, nullptr), 0);
   add("cold", time_changes(brain, held, near, kColdFrames, &evictor), 0);
 }

@@ -13,10 +13,9 @@ namespace {
 
 constexpr int kWidth = 1740;
 constexpr int kHeight = 560;
-constexpr double kText = 15;  // pixels
-// As in organ_picture.cpp: the map's darkest part would hide the shading.
-constexpr double kFirstColour = 0.25;
-constexpr Colour kProbe = {0.84, 0.24, 0.16};     // encoded
+constexpr double kText = 15;                   // pixels
+constexpr double kFirstColour = 0.25;          // below, the map is so dark that the colour hides the shading
+constexpr Colour kProbe = {0.84, 0.24, 0.16};  // encoded
 constexpr Colour kPrepared = {0.95, 0.95, 0.97};  // encoded
 constexpr double kGhost = 0.35;                   // opacity of a ball behind tissue
 
@@ -73,8 +72,8 @@ void write_elsewhere_picture(const ElsewherePicture& picture, const std::filesys
   };
   for (size_t p = 0; p < picture.panels.size(); ++p) {
     const ElsewherePicture::Panel& panel = picture.panels[p];
-    const int at = left + static_cast<int>(p) * panel_width;
-    // S as a ball without a tool, on the deformed surface.
+    const int panel_left = left + static_cast<int>(p) * panel_width;
+    // Draws S as a ball on the deformed surface.
     PlacedTool prepared = place_tool(picture.rest[node(picture.prepared)], {0, 0, 0}, 0, picture.rest,
                                      picture.triangles, scale);
     prepared.ball_centre += panel.displacement[node(picture.prepared)];
@@ -85,21 +84,22 @@ void write_elsewhere_picture(const ElsewherePicture& picture, const std::filesys
     scene.push_back(std::move(tissue));
     LinearImage image = render(scene, camera, panel_width, bottom - top);
     add_ghost(image, render(balls, camera, panel_width, bottom - top));
-    canvas.draw_image(image, at, top);
-    const auto name = [&](const PlacedTool& tool, const char* text) {
+    canvas.draw_image(image, panel_left, top);
+    const auto write_label = [&](const PlacedTool& tool, const char* text) {
       const ScreenPoint centre = camera.project(tool.ball_centre);
       const auto write = [&](double right, double down, const Colour& ink) {
-        canvas.draw_text(text, at + centre.x + 1.0 * kText + right, top + centre.y + 1.4 * kText + down,
-                         2 * kText, {1.3 * kText, true, Align::kLeft, ink});
+        canvas.draw_text(text, panel_left + centre.x + 1.0 * kText + right,
+                         top + centre.y + 1.4 * kText + down, 2 * kText,
+                         {1.3 * kText, true, Align::kLeft, ink});
       };
       for (const double right : {-1.5, 0.0, 1.5}) {
         for (const double down : {-1.5, 0.0, 1.5}) write(right, down, {1, 1, 1});
       }
       write(0, 0, {0.13, 0.14, 0.16});
     };
-    name(prepared, "S");
-    name(probe, "T");
-    canvas.draw_text(panel.label, at + 0.5 * panel_width, bottom + 1.5 * kText, panel_width - kText,
+    write_label(prepared, "S");
+    write_label(probe, "T");
+    canvas.draw_text(panel.label, panel_left + 0.5 * panel_width, bottom + 1.5 * kText, panel_width - kText,
                      {kText, false, Align::kCentre, {0.30, 0.31, 0.34}});
   }
   const double bar_height = 0.62 * (bottom - top);

@@ -1,4 +1,4 @@
-// The paper's figure 6: three panels of an organ whose probe touches at T and was prepared for S.
+// Figure 6 of Zhong et al. 2005: three panels of an organ whose probe touches at T and was prepared for S.
 //
 //     +----------------------------------------------------+
 //     | title                                              |
@@ -20,7 +20,7 @@ struct ElsewherePicture {
   std::vector<Eigen::Vector3d> rest;          // positions of the nodes, length unit
   std::vector<std::array<int, 3>> triangles;  // indices in `rest`, counter-clockwise from outside
   struct Panel {
-    std::vector<Eigen::Vector3d> displacement;  // of each node, length unit
+    std::vector<Eigen::Vector3d> displacement;  // for each node, length unit
     std::string label;
   };
   std::array<Panel, 3> panels;

@@ -1,7 +1,6 @@
-// PFE: a prepared tensor for one fixed set of k contacts maps their displacement to all node displacements,
-// another to their forces. A frame is one dense product 3m x 3k and one small product.
-//
-// Source: Cotin, Delingette, Ayache 1999, Real-time elastic deformations of soft tissues for surgery simulation.
+// PFE: two tensors, prepared for a fixed set of k contacts, map the displacement d of the contacts. The
+// free nodes move by u_f = T d [3m x 3k]; the forces are f = S d [3k x 3k]. Source: Cotin, Delingette and
+// Ayache 1999, Real-time elastic deformations of soft tissues for surgery simulation.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +11,7 @@ namespace palpate::peers {
 
 class FixedTensor {
  public:
-  // Solves for each of the 3 k columns, in blocks.
+  // Computes T and S by a solve for each of the 3k columns, in blocks of columns.
   FixedTensor(const HeldContacts& held, BackSolve& back_solve)
       : tensor_(held.free_free.rows(), held.free_contact.cols()),
         force_tensor_(tensor_.cols(), tensor_.cols()) {
@@ -36,8 +35,8 @@ class FixedTensor {
   const Eigen::VectorXd& force() const { return force_; }
 
  private:
-  RealMatrix tensor_;
-  Eigen::MatrixXd force_tensor_;
+  RealMatrix tensor_;             // T
+  Eigen::MatrixXd force_tensor_;  // S
   RealVector displacement_;
   Eigen::VectorXd force_;
 };

@@ -27,7 +27,7 @@ class FrameTimes {
     seconds_.push_back(now() - start);
     sorted_ = false;
   }
-  // Quantile in microseconds: `part` of the frames took no longer.
+  // Returns a quantile in microseconds: the fraction `part` of the frames took no longer.
   double at(double part) const {
     if (!sorted_) std::sort(seconds_.begin(), seconds_.end());
     sorted_ = true;
@@ -47,7 +47,7 @@ inline std::string in_us(double microseconds) {
                                 : fmt::format("{:.0f}", microseconds);
 }
 
-// Walks through memory larger than the caches, which evicts all other data.
+// Empties the caches by a walk through 64 MB, more than the caches hold.
 class CacheEvictor {
  public:
   void evict() {
@@ -59,7 +59,7 @@ class CacheEvictor {
   std::vector<char> lines_ = std::vector<char>(std::size_t{64} << 20);
 };
 
-// Microseconds that reading the clock adds to a frame.
+// Returns the microseconds that a read of the clock adds to a frame.
 inline double clock_microseconds() {
   FrameTimes times;
   for (int i = 0; i < 10000; ++i) times.time([] {});

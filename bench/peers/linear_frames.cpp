@@ -1,4 +1,4 @@
-// Blocks of 512 to 19,683 nodes with single-node contacts spread over the top, for every method.
+// Page of every method on blocks of 512 to 19,683 nodes, with single-node contacts spread over the top.
 #include <cmath>
 
 #include "bench/peers/method_frames.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kAmplitude = 0.01;  // over the block's edge
 
-// A block held at its base; contacts evenly over its top.
+// Returns a block held at its base, with contacts evenly over its top.
 LoadedScene block_scene(int cells, int num_contacts) {
   test::BlockShape shape;
   shape.cells = {cells, cells, cells};
@@ -51,7 +51,7 @@ std::vector<study::StudyTable> linear_frames_page(const Study& study) {
       for (const MethodFrames& frames : measure_methods(organ, sites, Motion::each_its_own, kAmplitude,
                                                         {.seconds = study.patient ? 1.0 : 0.15})) {
         table.add({std::to_string(organ.model.num_nodes()), std::to_string(num_contacts), frames.method,
-                   fmt::format("{:.2f}", frames.ready_seconds), std::to_string(frames.times.count()),
+                   fmt::format("{:.2f}", frames.preparation_seconds), std::to_string(frames.times.count()),
                    in_us(frames.times.median()), in_us(frames.times.at(0.999)), in_us(frames.times.at(1)),
                    error_cell(frames.errors.displacement), error_cell(frames.errors.force),
                    frames.iterations > 0 ? std::to_string(frames.iterations) : ""});

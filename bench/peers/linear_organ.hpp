@@ -50,12 +50,13 @@ inline std::vector<pal_contact> contacts_at(const std::vector<std::uint32_t>& si
   return contacts;
 }
 
+// Sets the contacts' displacements to d, three numbers a contact.
 inline void displace(const Eigen::VectorXd& d, std::vector<pal_contact>& contacts) {
   for (size_t i = 0; i < 3 * contacts.size(); ++i)
     contacts[i / 3].displacement[i % 3] = d[static_cast<Eigen::Index>(i)];
 }
 
-// A session of linear_dd with a scene's settings.
+// A session of linear_dd on the pack of an organ.
 class LinearSession {
  public:
   LinearSession(const LinearOrgan& organ, std::uint32_t max_contacts)
@@ -74,7 +75,7 @@ class LinearSession {
   }
   void visual_frame() { require(session_.visual_frame(field_.data())); }
 
-  // Forces of the last frame.
+  // Returns the contacts' forces of the last frame.
   Eigen::VectorXd force(size_t num_contacts) const {
     Eigen::VectorXd force(static_cast<Eigen::Index>(3 * num_contacts));
     for (size_t c = 0; c < num_contacts; ++c)
@@ -91,8 +92,7 @@ class LinearSession {
   std::vector<pal_contact_result> results_;
 };
 
-// Reference: a float64 finite element solve with exactly these nodes held. It shares only the stiffness at
-// rest with the pack.
+// The reference: a float64 solve with these nodes held. Only the stiffness at rest is that of the pack.
 struct ExactAnswer {
   Eigen::VectorXd displacement;  // 3 nodes of the model
   Eigen::VectorXd force;         // 3 contacts
@@ -121,8 +121,8 @@ inline double longest(const Eigen::VectorXd& vectors) {
 }
 
 struct Errors {
-  double displacement = 0;  // largest over all nodes, over the contacts' displacement
-  double force = 0;         // over all contacts together, relative to their force
+  double displacement = 0;  // largest |u - u_exact| of a node over largest |d| of a contact
+  double force = 0;         // |f - f_exact| / |f_exact|, f of all contacts together
 
   void add(const Eigen::VectorXd& displacement_error, const Eigen::VectorXd& d,
            const Eigen::VectorXd& force_error, const Eigen::VectorXd& exact_force) {

@@ -2,8 +2,8 @@
 // changes the residual near itself, and each iteration reaches one more ring of nodes. Only K is prepared, so
 // contacts and K may change at any time.
 //
-// Source: Nienhuys and van der Stappen 2001, A surgery simulation supporting cuts and finite element deformation.
-// Optional preconditioner: the inverse 3 x 3 diagonal blocks of K, which keep the iteration local.
+// Source: Nienhuys and van der Stappen 2001, A surgery simulation supporting cuts and finite element
+// deformation. Optional preconditioner: inverse 3 x 3 diagonal blocks of K, which keep the iteration local.
 #pragma once
 
 #include <Eigen/LU>
@@ -16,8 +16,7 @@ namespace palpate::peers {
 
 class LocalizedCg {
  public:
-  // Stops at |residual| <= `tolerance` x force of the contacts' step on the free nodes. The free dofs of a
-  // node must be complete and consecutive.
+  // Stops at |residual| <= `tolerance` |K_fc d|. The free dofs of a node must be complete and consecutive.
   LocalizedCg(const HeldContacts& held, bool precondition, double tolerance)
       : held_(&held), stiffness_(held.free_free), precondition_(precondition), tolerance_(tolerance) {
     const Eigen::Index n = held.free_free.rows();
@@ -28,24 +27,25 @@ class LocalizedCg {
       inverse_blocks_.push_back(stiffness_.diagonal(node).inverse());
   }
 
-  // Returns u_f.
+  // Returns u_f for the displacement d of the contacts. Starts from the last frame.
   const Eigen::VectorXd& frame(const Eigen::VectorXd& d) {
     const Eigen::VectorXd push = -(held_->free_contact * (d - contacts_));
     contacts_ = d;
     residual_ += push;
-    const double enough = tolerance_ * (held_->free_contact * d).norm();
-    // A residual below its share of the tolerance does not activate a node.
-    const double worth = enough / std::sqrt(static_cast<double>(is_active_.size()));
+    const double tolerance = tolerance_ * (held_->free_contact * d).norm();
+    // A node is active where its residual exceeds the node's share of the tolerance.
+    const double node_tolerance = tolerance / std::sqrt(static_cast<double>(is_active_.size()));
     active_.clear();
     for (size_t node = 0; node < is_active_.size(); ++node) {
-      is_active_[node] = residual_.segment<3>(at(node)).norm() > worth;
+      is_active_[node] = residual_.segment<3>(at(node)).norm() > node_tolerance;
       if (is_active_[node]) active_.push_back(static_cast<int>(node));
     }
     iterations_ = 0;
-    const size_t started = active_.size();
-    for (size_t i = 0; i < started; ++i) direction_.segment<3>(at(active_[i])).setZero();
+    const size_t num_active = active_.size();
+    for (size_t i = 0; i < num_active; ++i) direction_.segment<3>(at(active_[i])).setZero();
     double before = 0;
-    for (; iterations_ < kMostIterations && sum(residual_, residual_) > enough * enough; ++iterations_) {
+    for (; iterations_ < kMostIterations && sum(residual_, residual_) > tolerance * tolerance;
+         ++iterations_) {
       for (const int node : active_) precondition_at(node);
       const double now = sum(residual_, preconditioned_);
       const double beta = before > 0 ? now / before : 0.0;
@@ -86,7 +86,7 @@ class LocalizedCg {
     preconditioned_.segment<3>(at(node)) =
         precondition_ ? Eigen::Vector3d(inverse_blocks_[static_cast<size_t>(node)] * r) : r;
   }
-  // The direction is zero on newly reached nodes.
+  // Activates the neighbours of all active nodes. The direction is zero on newly active nodes.
   void reach_neighbours() {
     const size_t count = active_.size();
     if (count == is_active_.size()) return;

@@ -39,30 +39,32 @@ class Measurement {
     for (const std::uint32_t site : sites) nodes.push_back(organ.site_node(site));
     return nodes;
   }
-  Eigen::VectorXd at(int frame) const { return circling(frame, sites_.size(), motion_, amplitude_); }
+  Eigen::VectorXd displacements_at(int frame) const {
+    return circling(frame, sites_.size(), motion_, amplitude_);
+  }
 
-  // Times `frame(d)`; then `displacement()` returns u_f and `force()` the contacts' forces.
+  // Times `frame(d)`. After a frame `displacement()` returns u_f, and `force()` the contacts' forces.
   template <typename Frame, typename Displacement, typename Force>
-  MethodFrames& measure(const std::string& method, double ready_seconds, Frame&& frame,
+  MethodFrames& measure(const std::string& method, double preparation_seconds, Frame&& frame,
                         Displacement&& displacement, Force&& force) {
-    MethodFrames result{method, ready_seconds, {}, {}, 0};
+    MethodFrames result{method, preparation_seconds, {}, {}, 0};
     int index = 0;
-    frame(at(index++));
+    frame(displacements_at(index++));
     const double start = now();
     while (index <= effort_.most_frames &&
            (index <= effort_.least_frames || now() - start < effort_.seconds)) {
-      const Eigen::VectorXd d = at(index++);
+      const Eigen::VectorXd d = displacements_at(index++);
       result.times.time([&] { frame(d); });
     }
     // Checks come after the timing, because solves would leave cold caches.
     for (int checked = 0; checked < 3; ++checked) {
-      const Eigen::VectorXd d = at(index++);
+      const Eigen::VectorXd d = displacements_at(index++);
       frame(d);
-      const Eigen::VectorXd wrong = displacement().template cast<double>();
-      const Eigen::VectorXd wrong_force = force();
-      const Eigen::VectorXd& right = exact_->frame(d);
-      const Eigen::VectorXd right_force = held_.force(right, d);
-      result.errors.add(wrong - right, d, wrong_force - right_force, right_force);
+      const Eigen::VectorXd displacements = displacement().template cast<double>();
+      const Eigen::VectorXd forces = force();
+      const Eigen::VectorXd& exact = exact_->frame(d);
+      const Eigen::VectorXd exact_force = held_.force(exact, d);
+      result.errors.add(displacements - exact, d, forces - exact_force, exact_force);
     }
     results_.push_back(std::move(result));
     return results_.back();
@@ -71,7 +73,7 @@ class Measurement {
   void linear_dd() {
     LinearSession session(organ_, static_cast<std::uint32_t>(sites_.size()));
     std::vector<pal_contact> contacts = contacts_at(sites_);
-    std::vector<Eigen::Index> shown;  // packed rows of the field, of the free dofs
+    std::vector<Eigen::Index> shown;  // row of the packed field of each free dof
     std::vector<int> packed(static_cast<size_t>(organ_.model.num_nodes()), -1);
     for (size_t i = 0; i < organ_.sites.packed_nodes.size(); ++i)
       packed[static_cast<size_t>(organ_.sites.packed_nodes[i])] = static_cast<int>(i);
@@ -118,11 +120,11 @@ class Measurement {
   void localized_cg(bool precondition) {
     const double start = now();
     LocalizedCg lcg(held_, precondition, kLcgTolerance);
-    const double ready_seconds = now() - start;
+    const double preparation_seconds = now() - start;
     std::vector<int> iterations;
     Eigen::VectorXd force;
     MethodFrames& result = measure(
-        precondition ? "LCG block-Jacobi" : "LCG", ready_seconds,
+        precondition ? "LCG block-Jacobi" : "LCG", preparation_seconds,
         [&](const Eigen::VectorXd& d) {
           force = held_.force(lcg.frame(d), d);
           iterations.push_back(lcg.iterations());

@@ -1,5 +1,4 @@
-// Frames of a contact set by every method. Each method gives all nodal displacements and the contacts'
-// forces.
+// Frames of a contact set by every method, with all nodal displacements and the contacts' forces.
 #pragma once
 
 #include <string>
@@ -13,13 +12,14 @@ constexpr double kLcgTolerance = 1e-3;  // tolerance of LCG, about the visible l
 
 struct MethodFrames {
   std::string method;
-  double ready_seconds = 0;  // time of the precomputation
+  double preparation_seconds = 0;  // time before the first frame
   FrameTimes times;
   Errors errors;
   int iterations = 0;  // median; 0 for direct methods
 };
 
-// Motion of the contacts: each circles about a point below, by 2 % of its radius a frame.
+// Motion of the contacts: each circles about a point below, by 2 % of its radius a frame. `as_one`: all
+// contacts have the same displacement; `each_its_own`: their phases differ.
 enum class Motion { each_its_own, as_one };
 
 struct Effort {
@@ -29,9 +29,9 @@ struct Effort {
   bool from_rest = false;   // also time CG from rest
 };
 
-// Methods: linear_dd (forces and field; forces alone), PFE, back-solve, LCG, LCG with block-Jacobi, CG from
-// rest. Errors come from three more frames after the timing; the back-solve counts as exact. The organ packs
-// all free nodes.
+// Measures linear_dd (forces and field; forces alone), PFE, back-solve, LCG, LCG with block-Jacobi, and CG
+// from rest on request. Errors come from three more frames after the timing; the back-solve counts as exact.
+// The organ packs all free nodes.
 std::vector<MethodFrames> measure_methods(const LinearOrgan& organ, const std::vector<std::uint32_t>& sites,
                                           Motion motion, double amplitude, const Effort& effort);
 
@@ -39,7 +39,7 @@ inline std::string error_cell(double error) {
   return error > 0 ? fmt::format("{:.1e}", error) : "the reference";
 }
 
-// Displacements of the contacts in a frame, three numbers a contact.
+// Returns the displacements of the contacts in a frame, three numbers a contact.
 Eigen::VectorXd circling(int frame, size_t num_contacts, Motion motion, double amplitude);
 
 }  // namespace palpate::peers

@@ -13,12 +13,12 @@ class NodeBlocks {
  public:
   // Equations must be ordered by node.
   explicit NodeBlocks(const Sparse& matrix) : starts_{0} {
-    // position of a node's block in this row
-    std::vector<int> place(static_cast<size_t>(matrix.rows() / 3), -1);
+    // block of a column's node in the current row; a lower index than starts_.back() is of an earlier row
+    std::vector<int> block_of(static_cast<size_t>(matrix.rows() / 3), -1);
     for (Eigen::Index node = 0; node < matrix.rows() / 3; ++node) {
       for (int axis = 0; axis < 3; ++axis) {
         for (Sparse::InnerIterator it(matrix, 3 * node + axis); it; ++it) {
-          int& block = place[static_cast<size_t>(it.col() / 3)];
+          int& block = block_of[static_cast<size_t>(it.col() / 3)];
           if (block < starts_.back()) {
             block = static_cast<int>(blocks_.size());
             nodes_.push_back(static_cast<int>(it.col() / 3));

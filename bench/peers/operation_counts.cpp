@@ -1,10 +1,10 @@
-// Operation counts and frame rates of Zhong et al. 2005 (sections 3.1 and 3.4, table 1: 2,886 free nodes),
-// measured on the brain, which has as many free nodes.
+// Page of the operation counts and frame rates of Zhong et al. 2005 (sections 3.1 and 3.4, table 1), measured
+// on the brain. The paper's model and the brain have 2,886 free nodes.
 //
-// linear_dd's counts come from palpate.h, with n = 3 k:
+// linear_dd's counts come from docs/embedding.md, with k contacts, n = 3 k and m free nodes:
 //   a new set of contacts   2 n^3 / 3 + 10 n^2 at most
 //   a frame of forces       3 k (3 k + n)
-//   a field                 9 m k; u = C f takes one product, the paper forms C A^-1 and applies it
+//   a field                 9 m k; u = C f takes one product, the paper forms C A^-1 first
 #include "bench/peers/method_frames.hpp"
 #include "bench/peers/peers.hpp"
 #include "bench/peers/site_sets.hpp"
@@ -15,9 +15,9 @@ namespace {
 using Sites = std::vector<std::uint32_t>;
 
 constexpr size_t kMostContacts = 32;
-constexpr size_t kNumSets = 3;  // the session keeps the set before the last
+constexpr size_t kNumSets = 3;  // more sets than the session keeps
 
-// The patch of nodes around a node, all free nodes packed.
+// Returns a scene with a one-node site at each of `nodes`, and all free nodes packed.
 LoadedScene patch_scene(const Model& model, const std::vector<int>& nodes) {
   LoadedScene loaded;
   loaded.model = model;
@@ -35,7 +35,7 @@ LoadedScene patch_scene(const Model& model, const std::vector<int>& nodes) {
   return loaded;
 }
 
-// Times force frames for contact sets without any contact of the sets before.
+// Times force frames whose contact sets have no contact of the two sets before.
 FrameTimes time_new_sets(const LinearOrgan& organ, const Sites& sites, size_t k) {
   LinearSession session(organ, static_cast<std::uint32_t>(k));
   std::vector<pal_contact> sets[kNumSets];
@@ -50,31 +50,32 @@ FrameTimes time_new_sets(const LinearOrgan& organ, const Sites& sites, size_t k)
   return times;
 }
 
-// A formula as text, and its value.
+// An operation count of the paper: its formula, and the value.
 struct Count {
   const char* formula;
   double value;
 };
 
-void add_row(size_t k, const std::string& what, const Count& counted, const FrameTimes& times, double made,
-             const std::vector<std::string>& rest, study::StudyTable& table) {
+// Adds a row for k contacts. `multiply_adds`: operations of our method. `rest`: the last three cells.
+void add_row(size_t k, const std::string& operation, const Count& counted, const FrameTimes& times,
+             double multiply_adds, const std::vector<std::string>& rest, study::StudyTable& table) {
   std::vector<std::string> row = {std::to_string(k),
-                                  what,
+                                  operation,
                                   counted.formula,
                                   fmt::format("{:.3g}", counted.value),
                                   in_us(times.median()),
                                   in_us(times.at(0.999)),
                                   in_us(times.at(1)),
                                   fmt::format("{:.3g}", 1e6 * times.median() / counted.value),
-                                  fmt::format("{:.3g}", made),
-                                  fmt::format("{:.3g}", 1e6 * times.median() / made)};
+                                  fmt::format("{:.3g}", multiply_adds),
+                                  fmt::format("{:.3g}", 1e6 * times.median() / multiply_adds)};
   row.insert(row.end(), rest.begin(), rest.end());
   table.add(row);
 }
 
 struct PaperRow {
   const char* name;
-  const char* method;
+  const char* method;  // MethodFrames::method
   const char* frames_per_second;
   const char* times_lcg;
 };
@@ -86,7 +87,7 @@ std::vector<study::StudyTable> operation_counts_page(const LinearOrgan& brain, c
   std::vector<int> nodes;
   for (size_t i = 0; i < kNumSets * kMostContacts; ++i) nodes.push_back(brain.site_node(rings.sites[i]));
   const LinearOrgan organ(patch_scene(brain.model, nodes));
-  Sites sites;  // the nearest first
+  Sites sites;  // sites of `organ`, the nearest to the pushed node first
   for (const int node : nodes) {
     std::uint32_t site = 0;
     while (organ.site_node(site) != node) ++site;
@@ -95,7 +96,7 @@ std::vector<study::StudyTable> operation_counts_page(const LinearOrgan& brain, c
   const double m = organ.assembly.num_equations() / 3;
   SparseLower lower;
   organ.assembly.tangent(Eigen::VectorXd::Zero(organ.assembly.num_dofs()), false, lower);
-  const double nonzeros = 2.0 * static_cast<double>(lower.nonZeros()) - 3 * m;  // of all of K
+  const double nonzeros = 2.0 * static_cast<double>(lower.nonZeros()) - 3 * m;  // of both triangles of K
 
   study::StudyTable counts(
       "operation_counts",
@@ -115,28 +116,28 @@ std::vector<study::StudyTable> operation_counts_page(const LinearOrgan& brain, c
        "times LCG: k = 3", "displacement error at k = 3", "force error at k = 3"});
   const size_t all_k[] = {1, 3, 8, 32};
   std::vector<std::vector<MethodFrames>> by_k;
-  for (const size_t k : all_k) {
-    std::fprintf(stderr, "operations, %zu contacts\n", k);
-    const Sites held(sites.begin(), sites.begin() + static_cast<std::ptrdiff_t>(k));
+  for (const size_t count : all_k) {
+    std::fprintf(stderr, "operations, %zu contacts\n", count);
+    const Sites held(sites.begin(), sites.begin() + static_cast<std::ptrdiff_t>(count));
     by_k.push_back(
         measure_methods(organ, held, Motion::as_one, 1.0, {study.patient ? 2.0 : 0.4, 20, 20000, true}));
-    const auto n = static_cast<double>(3 * k);
-    const auto x = static_cast<double>(k);
-    add_row(k, "linear_dd: new contacts", {"27 k^2 (m + k)", 27 * x * x * (m + x)},
-            time_new_sets(organ, sites, k), 2 * n * n * n / 3 + 10 * n * n, {"", "", ""}, counts);
+    const auto n = static_cast<double>(3 * count);
+    const auto k = static_cast<double>(count);
+    add_row(count, "linear_dd: new contacts", {"27 k^2 (m + k)", 27 * k * k * (m + k)},
+            time_new_sets(organ, sites, count), 2 * n * n * n / 3 + 10 * n * n, {"", "", ""}, counts);
     for (const MethodFrames& frames : by_k.back()) {
       const double nu = frames.iterations;
       const std::vector<std::string> rest = {nu > 0 ? fmt::format("{:.0f}", nu) : "",
                                              error_cell(frames.errors.displacement),
                                              error_cell(frames.errors.force)};
       if (frames.method == "linear_dd")
-        add_row(k, frames.method, {"3 m (3 k + 3 k) + k^3", 18 * m * x + x * x * x}, frames.times,
-                9 * m * x + 2 * n * n, rest, counts);
+        add_row(count, frames.method, {"3 m (3 k + 3 k) + k^3", 18 * m * k + k * k * k}, frames.times,
+                9 * m * k + 2 * n * n, rest, counts);
       if (frames.method == "PFE")
-        add_row(k, frames.method, {"3 m 3 k", 9 * m * x}, frames.times, 9 * m * x + n * n, rest, counts);
-      // An upper bound: LCG skips rows without displacement.
+        add_row(count, frames.method, {"3 m 3 k", 9 * m * k}, frames.times, 9 * m * k + n * n, rest, counts);
+      // The count is an upper bound, because LCG skips rows without displacement.
       if (nu > 0 && frames.method != "LCG block-Jacobi")
-        add_row(k, frames.method, {"60 m nu", 60 * m * nu}, frames.times, (nonzeros + 15 * m) * nu, rest,
+        add_row(count, frames.method, {"60 m nu", 60 * m * nu}, frames.times, (nonzeros + 15 * m) * nu, rest,
                 counts);
     }
   }

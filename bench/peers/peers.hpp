@@ -12,7 +12,7 @@ namespace palpate::peers {
 // The middle node of the patch that models/brain/brain_push.inp pushes.
 constexpr int kPushedLabel = 936;
 
-// `patient` takes more measurements, with more frames each.
+// The effort of the study. `patient` takes more measurements, with more frames each.
 struct Study {
   bool patient = false;
 };

@@ -1,6 +1,5 @@
 // palpate_study_peers DIR PICTURES [--patient]: time and error of a frame of a linear organ, for linear_dd
-// (EPFE) and its peers. Writes tables into DIR, as Markdown for PEERS.md and as CSV, and pictures into
-// PICTURES. `./dev peers` runs it.
+// (EPFE) and its peers. Writes Markdown for PEERS.md and CSV into DIR. `./dev peers` runs this study.
 #include <stdlib.h>  // getloadavg
 
 #include <cstdio>

@@ -10,11 +10,10 @@
 
 namespace palpate::peers {
 
-// The sites around a centre, ring by ring along triangle edges. `edges` is the distance from `centre`;
-// unreachable sites are left out.
+// The sites around a centre, ring by ring along triangle edges, without unreachable sites.
 struct SiteRings {
   std::vector<std::uint32_t> sites;
-  std::vector<int> edges;
+  std::vector<int> edges;  // number of edges from the centre to each of `sites`
 
   SiteRings(const LinearOrgan& organ, std::uint32_t centre) {
     const ContactSites& all = organ.sites;
@@ -53,7 +52,7 @@ inline std::uint32_t site_at(const LinearOrgan& organ, int label) {
   throw std::runtime_error(fmt::format("node {} of {} is no site", label, organ.model.file));
 }
 
-// `count` different sites, at random over the surface.
+// Returns `count` different sites, at random over the surface.
 inline std::vector<std::uint32_t> random_sites(std::uint32_t num_sites, size_t count, unsigned seed) {
   if (count > num_sites) throw std::runtime_error(fmt::format("{} of {} sites", count, num_sites));
   std::mt19937 engine(seed);

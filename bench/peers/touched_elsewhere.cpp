@@ -1,7 +1,7 @@
 // Zhong et al. 2005 figure 6: a probe prepared for S touches at T.
-// - (a) PFE has only the tensor of S, and bends S;
+// - (a) PFE has only the tensor of S, and moves S;
 // - (b) EPFE takes the blocks of T from the inverse stiffness;
-// - (c) eq. (25) moves the tensor of S to T, in the direction of its construction.
+// - (c) eq. (25) moves the tensor of S to T, as SiteMap::inverse.
 #include "bench/peers/elsewhere_picture.hpp"
 #include "bench/peers/fixed_tensor.hpp"
 #include "bench/peers/peers.hpp"
@@ -13,13 +13,13 @@ namespace {
 
 constexpr std::array kDistances = {0, 1, 2, 3, 4, 6};  // edges from S to T
 constexpr int kPicturedDistance = 4;
-constexpr double kPicturedPush = 2;  // over the table's push, to make the dent visible; the model is linear
+constexpr double kPicturedPush = 2;  // over the table's push: makes the dent visible; the model is linear
 constexpr size_t kNumPrepared = 8;   // number of sites S; the figure shows the first
 
 // The precomputed data for a contact at S.
 struct PreparedSite {
-  Eigen::MatrixXd field;  // 3 nodes of the model x 3
-  Eigen::Matrix3d force;
+  Eigen::MatrixXd field;  // 3 nodes of the model x 3: displacement by unit displacements of S
+  Eigen::Matrix3d force;  // force at S by unit displacements of S
 
   PreparedSite(const LinearOrgan& organ, std::uint32_t site)
       : field(Eigen::MatrixXd::Zero(organ.assembly.num_dofs(), 3)) {
@@ -44,7 +44,7 @@ Eigen::VectorXd shown(const LinearOrgan& organ, const Eigen::VectorXd& displacem
   return values;
 }
 
-// The field of S, 3 packed nodes x 3, moved to T by eq. (25). A singular map leaves the field at S.
+// Returns the field of S, 3 packed nodes x 3, moved to T by eq. (25). A singular map leaves the field at S.
 Eigen::MatrixXd moved_field(const LinearOrgan& organ, const PreparedSite& prepared, std::uint32_t from,
                             std::uint32_t to) {
   SitePolynomial at_site;
@@ -59,7 +59,7 @@ Eigen::MatrixXd moved_field(const LinearOrgan& organ, const PreparedSite& prepar
   return moved(at_site, *placement, local_table(organ.model, organ.sites, *placement)).linear;
 }
 
-// The packed node with the largest displacement.
+// Returns the packed node with the largest displacement.
 Eigen::Index centre_of(const Eigen::VectorXd& field) {
   Eigen::Index node = 0;
   field.reshaped(3, field.size() / 3).colwise().squaredNorm().maxCoeff(&node);
@@ -82,10 +82,10 @@ struct Mean {
   }
 };
 
-// A method at a distance, over all S.
+// Errors of a method at one distance from S to T, over all S.
 struct Outcome {
-  Mean displacement, force,
-      off_centre;  // off_centre: from T to the node with the largest displacement, length unit
+  Mean displacement, force;  // relative errors
+  Mean off_centre;           // distance from T to the node with the largest displacement, length unit
 
   void add(const LinearOrgan& organ, int touched, const Eigen::VectorXd& field, const Eigen::Vector3d& f,
            const Eigen::VectorXd& exact, const Eigen::Vector3d& exact_force, double d) {
@@ -98,8 +98,7 @@ struct Outcome {
   }
 };
 
-// Among the sites `edges` away, the site whose normal is nearest to the centre's, so not on a fissure's
-// opposite wall.
+// Returns the site `edges` away with the normal nearest to the centre's, not on a fissure's opposite wall.
 std::uint32_t most_parallel(const LinearOrgan& organ, const SiteRings& rings, int edges) {
   std::uint32_t best = rings.sites.front();
   double largest = -2;

@@ -1,5 +1,5 @@
-// Tables 2 and 3 of Zhong et al. 2005 on its cylinder, with the paper's sampling and fit and with ours, and
-// the error of each off its ray.
+// Repeats tables 2 and 3 of Zhong et al. 2005 on its cylinder, with the paper's sampling and fit and with
+// ours. Also measures the error of each off the ray of its samples.
 //
 //   palpate_study_polynomials DIR     writes DIR/table2.md, DIR/table3.md, DIR/off_axis.md and their CSVs
 #include <fmt/format.h>
@@ -43,7 +43,7 @@ class Cylinder {
   Cylinder(const Cylinder&) = delete;
   Cylinder& operator=(const Cylinder&) = delete;
 
-  // The tip's displacement under each force along z, each from the one before.
+  // Returns the tip's displacement under each force along z. Each solve starts from the last.
   std::vector<Eigen::Vector3d> tips_under(const std::vector<double>& forces) const {
     LoadedCylinder body(loaded_.model);
     std::vector<Eigen::Vector3d> tips;
@@ -55,6 +55,7 @@ class Cylinder {
     return tips;
   }
 
+  // Returns the full solve at a displacement of the tip, in four increments or more from rest.
   Sample solved(const Eigen::Vector3d& tip) {
     SiteSampler sampler(solver_, sites_, site(), rest_);
     Sample sample;
@@ -62,7 +63,7 @@ class Cylinder {
     return sample;
   }
 
-  // The paper's quadratic, fitted to solves at these displacements of the tip.
+  // Fits the paper's quadratic to solves at these displacements of the tip.
   SitePolynomial paper_fit(const std::vector<Eigen::Vector3d>& tips) {
     SiteSamples samples;
     samples.linear = linear_response(linear_, site());
@@ -75,7 +76,7 @@ class Cylinder {
     return fit_paper_quadratic(samples);
   }
 
-  // The product's fit, or with the given settings.
+  // Returns the fit of a build for |d| up to `reach`, with this method and target, and 200 survey pushes.
   SiteResult fit(double reach, PolynomialMethod method, double target) {
     Scene scene = loaded_.scene;
     scene.max_displacement = reach;
@@ -86,7 +87,7 @@ class Cylinder {
     return sample_sites(assembly_, scene, sites_, linear_, plan).front();
   }
 
-  // Eq. (4) on the elements around the contact: the tool's force for this field.
+  // Returns the tool's force for this field by eq. (4), from the elements around the contact.
   Eigen::Vector3d element_force(const Eigen::VectorXd& field) const {
     Eigen::VectorXd u = Eigen::VectorXd::Zero(assembly_.num_dofs());
     for (size_t node = 0; node < sites_.packed_nodes.size(); ++node)
@@ -97,8 +98,9 @@ class Cylinder {
   }
   double pm_z(const Eigen::VectorXd& field) const { return field[row_of_pm() + 2]; }
   static double error(const SitePolynomial& polynomial, const Sample& truth) {
-    const Eigen::VectorXd wrong = field_at(polynomial, truth.displacement) - truth.field;
-    return wrong.reshaped(3, wrong.size() / 3).colwise().norm().maxCoeff() / truth.displacement.norm();
+    const Eigen::VectorXd difference = field_at(polynomial, truth.displacement) - truth.field;
+    return difference.reshaped(3, difference.size() / 3).colwise().norm().maxCoeff() /
+           truth.displacement.norm();
   }
 
  private:
@@ -116,23 +118,23 @@ class Cylinder {
   LinearDd linear_;
   StaticSolver solver_;
   RestState rest_;
-  int p1_;
-  int pm_;
+  int p1_;  // node of the paper's P1, the tip
+  int pm_;  // node of the paper's P_m
 };
 
 std::string percent(double part) {
   return fmt::format("{:.3g}", 100 * part);
 }
 
-// The error in the paper's measure (one component of one node), and over all nodes relative to |d|.
-std::vector<std::string> both(const Cylinder& cylinder, const SitePolynomial& polynomial,
-                              const Sample& truth) {
+// Returns the error in the paper's measure (z at P_m), and the largest error of any node over |d|: percent.
+std::vector<std::string> both_errors(const Cylinder& cylinder, const SitePolynomial& polynomial,
+                                     const Sample& truth) {
   const double z = cylinder.pm_z(truth.field);
   return {percent((cylinder.pm_z(field_at(polynomial, truth.displacement)) - z) / z),
           percent(Cylinder::error(polynomial, truth))};
 }
 
-// Gradient of the energy, in model units.
+// Returns the gradient of the energy: force unit.
 Eigen::Vector3d gradient_at(const SitePolynomial& polynomial, const Eigen::Vector3d& d) {
   const Eigen::Vector3d x = polynomial.to_unit * d;
   return polynomial.to_unit.transpose() *
@@ -148,7 +150,7 @@ void write(const StudyTable& table, const std::filesystem::path& folder, const s
   study::write_text(folder / (name + ".csv"), table.csv());
 }
 
-// The force as the gradient of the energy, and by eq. (4) from displacements, as in the paper.
+// Compares the force as the gradient of the energy with the paper's force, by eq. (4) from displacements.
 StudyTable force_table(Cylinder& cylinder) {
   StudyTable table(
       "force",
@@ -188,7 +190,7 @@ void study(const std::filesystem::path& folder) {
   const std::vector<Eigen::Vector3d> test_tips = cylinder.tips_under(tested);
   constexpr double kHeight = kPaperHeight;
   constexpr double kFine = 1e-3;
-  constexpr double kCoarse = 5e-3;  // a finer target would shrink the domain
+  constexpr double kCoarse = 5e-3;  // a finer target would shrink the domain at 40 % strain
   const SitePolynomial ray = cylinder.paper_fit(tips);
   const SiteResult grid = cylinder.fit(test_tips.back().norm(), PolynomialMethod::paper_grid, kFine);
   const SiteResult ours =
@@ -209,12 +211,12 @@ void study(const std::filesystem::path& folder) {
                                     fmt::format("{:.3g}", 100 * test_tips[i].norm() / kHeight),
                                     fmt::format("{:.3g}", kPaperErrors[i])};
     for (const SitePolynomial* one : {&ray, &grid.polynomial, &ours.polynomial})
-      append(row, both(cylinder, *one, truth));
+      append(row, both_errors(cylinder, *one, truth));
     table2.add(row);
   }
   write(table2, folder, "table2");
 
-  // The last row of a path in ten steps of -8, and the row of -80 at once.
+  // Compares -80 at once with the last of ten steps of -8.
   StudyTable table3(
       "table3",
       "The same at the last of the ray's own ten samples: -80, at once and in ten steps of -8. Ours is "
@@ -226,7 +228,8 @@ void study(const std::filesystem::path& folder) {
                                          std::tuple("ten times -8", tips.back(), kPaperInSteps)}) {
     const Sample truth = cylinder.solved(tip);
     std::vector<std::string> row = {name, fmt::format("{:.6g}", tip.z()), fmt::format("{:.3g}", paper)};
-    for (const SitePolynomial* one : {&ray, &farther.polynomial}) append(row, both(cylinder, *one, truth));
+    for (const SitePolynomial* one : {&ray, &farther.polynomial})
+      append(row, both_errors(cylinder, *one, truth));
     table3.add(row);
   }
   write(table3, folder, "table3");

@@ -1,7 +1,7 @@
-// Growth of frames, packs and builds with the organ and the request, on blocks held at the base and touched
-// on top.
+// Measures the growth of frames, packs and builds with the organ and the request, on blocks held at the base
+// and touched on top.
 //
-//   palpate_study_scaling DIR [--quick]     writes DIR/scaling.csv, scaling_points.csv, scaling.svg and scaling.txt
+//   palpate_study_scaling DIR [--quick]     writes DIR/scaling.csv, .svg, .txt and scaling_points.csv
 //
 // A polynomial's cost does not depend on its coefficients, so they are random and no sample needs a solve.
 #include <fmt/format.h>
@@ -38,7 +38,7 @@ struct Effort {
   std::vector<int> zone_contacts = {1, 2, 4, 8};
   int rings = 4;
   std::vector<int> sites = {1, 2, 4, 8, 16, 32};
-  double seconds = 0.4;  // of frames
+  double seconds = 0.4;  // time of the frames of a point
 };
 
 Effort quick_effort() {
@@ -61,7 +61,7 @@ LoadedScene block_scene(int cells, int num_sites, int max_contacts) {
   loaded.model = test::with_fixed_base(test::tetrahedral_block(shape));
   Scene& scene = loaded.scene;
   scene.file = scene.model_file = "block";
-  // On a square grid, which separates the zones as far as possible.
+  // A square grid of sites separates the zones as far as possible.
   const std::vector<int> top = test::nodes_on_plane(loaded.model, 2, 1.0);
   const int side = static_cast<int>(std::ceil(std::sqrt(num_sites)));
   for (int i = 0; i < num_sites; ++i) {
@@ -98,8 +98,9 @@ AlignedBytes pack_of(const Block& block, const LinearDd* linear, const std::vect
   return write_pack(content);
 }
 
-// A polynomial of the right size, with random coefficients.
-std::vector<SiteResult> some_polynomials(const Block& block, int degree, int rank) {
+// Returns for each site a polynomial of the given size, with random coefficients.
+std::vector<SiteResult> random_polynomials(const Block& block, int degree, int rank) {
+  // Monomials of degree 2 .. p in three variables: choose_three(p + 3) - 4.
   const auto choose_three = [](int n) { return n * (n - 1) * (n - 2) / 6; };
   test::TestRandom random(7);
   const Eigen::Index rows = 3 * static_cast<Eigen::Index>(block.sites.packed_nodes.size());
@@ -127,7 +128,7 @@ struct FrameTimes {
   double visual;
 };
 
-// Contacts at the first `count` sites.
+// Times frames of contacts at the first sites.
 FrameTimes time_frames_of(const OpenedPack& opened, pal_model model, int contacts, int rings,
                           double seconds) {
   std::vector<std::uint32_t> sites(static_cast<size_t>(contacts));
@@ -139,7 +140,7 @@ FrameTimes time_frames_of(const OpenedPack& opened, pal_model model, int contact
   return {row.haptic.median, row.visual.median};
 }
 
-// The best of three runs of short work.
+// Returns the time of the fastest of three runs; a run beyond kShort ends the series.
 double seconds_of(const std::function<void()>& work) {
   constexpr double kShort = 0.2;
   double best = std::numeric_limits<double>::infinity();
@@ -166,24 +167,24 @@ class Study {
   }
 
  private:
-  static void say(const std::string& what) { fmt::print(stderr, "scaling over {}\n", what); }
+  static void print_progress(const std::string& what) { fmt::print(stderr, "scaling over {}\n", what); }
 
   void over_nodes() {
     const char* frames = "frames of one contact";
-    const char* made = "one contact, made beforehand";
+    const char* prepared = "one contact, made beforehand";
     Series linear{frames, "linear_dd, force", "nodes, all of them shown", "µs", 0, {}};
     Series linear_field{frames, "linear_dd, field", linear.size, "µs", 1, {}};
     Series polynomial{frames, "polynomial_dd of rank 20, field", linear.size, "µs", 1, {}};
     Series zone_force{frames, "nonlinear_zone of one ring, force", linear.size, "µs", 0, {}};
     Series zone_field{frames, "nonlinear_zone of one ring, field", linear.size, "µs", 1, {}};
-    Series bytes{made, "pack of all three", linear.size, "MB", 1, {}};
-    Series linear_made{made, "linear_dd", linear.size, "s", 2, {}};
-    Series equilibrium{made, "one full nonlinear solve", linear.size, "s", 2, {}};
+    Series bytes{prepared, "pack of all three", linear.size, "MB", 1, {}};
+    Series linear_seconds{prepared, "linear_dd", linear.size, "s", 2, {}};
+    Series equilibrium{prepared, "one full nonlinear solve", linear.size, "s", 2, {}};
     for (const int cells : effort_.cells) {
-      say(fmt::format("nodes: a block of {}^3", cells + 1));
+      print_progress(fmt::format("nodes: a block of {}^3", cells + 1));
       const Block block(block_scene(cells, 1, 1));
       LinearDd dd;
-      linear_made.points.emplace_back(
+      linear_seconds.points.emplace_back(
           block.nodes(), seconds_of([&] { dd = compute_linear_dd(block.assembly, block.sites); }));
       const LinearContact push{0, 0.5 * block.scene.max_displacement * block.sites.sites[0].inward};
       equilibrium.points.emplace_back(block.nodes(), seconds_of([&] {
@@ -192,7 +193,7 @@ class Study {
       const ZoneTables zone = zones_of(block, 1);
       constexpr int kDegree = 5;
       constexpr int kRank = 20;
-      const std::vector<SiteResult> polynomials = some_polynomials(block, kDegree, kRank);
+      const std::vector<SiteResult> polynomials = random_polynomials(block, kDegree, kRank);
       const AlignedBytes packed = pack_of(block, &dd, &polynomials, &zone);
       const OpenedPack opened(packed);
       bytes.points.emplace_back(block.nodes(), 1e-6 * static_cast<double>(packed.bytes().size()));
@@ -205,11 +206,11 @@ class Study {
       zone_force.points.emplace_back(block.nodes(), of_zone.haptic);
       zone_field.points.emplace_back(block.nodes(), of_zone.visual);
     }
-    add({linear, linear_field, polynomial, zone_force, zone_field, bytes, linear_made, equilibrium});
+    add({linear, linear_field, polynomial, zone_force, zone_field, bytes, linear_seconds, equilibrium});
   }
 
   void over_contacts() {
-    say("contacts");
+    print_progress("contacts");
     const std::string panel = "several contacts";
     Series force{panel, "linear_dd, force", "contacts", "µs", 2, {}};
     Series field{panel, "linear_dd, field", force.size, "µs", 1, {}};
@@ -240,21 +241,21 @@ class Study {
   }
 
   void over_polynomials() {
-    say("polynomials");
+    print_progress("polynomials");
     const std::string panel = "polynomials of one contact";
     Series force{panel, "force and stiffness, of degree 2 to 7", "terms of the energy, or rank", "µs", 1, {}};
     Series field{panel, "field, of rank 4 to 64", force.size, "µs", 1, {}};
     Series bytes{panel, "pack, of rank 4 to 64", force.size, "MB", 1, {}};
     const Block block(block_scene(effort_.cells_of_others, 1, 1));
     for (int degree = 2; degree <= 7; ++degree) {
-      const std::vector<SiteResult> polynomials = some_polynomials(block, degree, 8);
+      const std::vector<SiteResult> polynomials = random_polynomials(block, degree, 8);
       const AlignedBytes packed = pack_of(block, nullptr, &polynomials, nullptr);
       force.points.emplace_back(
           static_cast<double>(polynomials.front().polynomial.energy.size()),
           time_frames_of(OpenedPack(packed), PAL_MODEL_POLYNOMIAL, 1, 0, effort_.seconds).haptic);
     }
     for (const int rank : {4, 8, 16, 32, 64}) {
-      const std::vector<SiteResult> polynomials = some_polynomials(block, 7, rank);
+      const std::vector<SiteResult> polynomials = random_polynomials(block, 7, rank);
       const AlignedBytes packed = pack_of(block, nullptr, &polynomials, nullptr);
       field.points.emplace_back(
           rank, time_frames_of(OpenedPack(packed), PAL_MODEL_POLYNOMIAL, 1, 0, effort_.seconds).visual);
@@ -264,7 +265,7 @@ class Study {
   }
 
   void over_rings() {
-    say("rings of a zone");
+    print_progress("rings of a zone");
     const std::string panel = fmt::format("zones of 1 to {} rings", effort_.rings);
     Series force{panel, "force", "unknowns of the zone", "µs", 2, {}};
     Series field{panel, "field", force.size, "µs", 1, {}};
@@ -295,14 +296,14 @@ class Study {
       return seconds_of([&] { sample_sites(block.assembly, block.scene, block.sites, dd, plan); });
     };
     for (const int count : effort_.sites) {
-      say(fmt::format("sites: {}", count));
+      print_progress(fmt::format("sites: {}", count));
       sites.points.emplace_back(count, sample(Block(block_scene(effort_.cells_of_samples, count, 1)), jobs_));
     }
     add({sites});
     if (jobs_ < 2) return;
     const Block block(block_scene(effort_.cells_of_samples, effort_.sites.back(), 1));
     for (int threads = 1; threads <= jobs_; threads *= 2) {
-      say(fmt::format("threads: {}", threads));
+      print_progress(fmt::format("threads: {}", threads));
       jobs.points.emplace_back(threads, sample(block, threads));
     }
     add({jobs});

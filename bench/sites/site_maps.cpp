@@ -1,7 +1,7 @@
-// Error of a sampled site's response transferred to other sites, by the paper's map and by ours: on the
-// brain, against full solves.
+// Measures the error of a sampled site's response transferred to other sites, by the paper's map and by ours:
+// on the brain, against full solves. Keeps solves in DIR/samples.
 //
-//   palpate_study_sites SCENE DIR     writes DIR/moved.md, contacted.md, origin.md, blended.md and their CSVs; keeps solves in DIR/samples
+//   palpate_study_sites SCENE DIR     writes DIR/moved.md, contacted.md, origin.md, blended.md and their CSVs
 #include <fmt/format.h>
 
 #include <Eigen/LU>
@@ -25,31 +25,32 @@ namespace {
 using study::StudyTable;
 
 struct Errors {
-  std::vector<double> displacement;
-  std::vector<double> force;
+  std::vector<double> displacement;  // max over packed nodes |u - u_FE| / |d|
+  std::vector<double> force;         // |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest force
 };
 
-// The terms of orders first .. last, for field and force.
+// Returns a polynomial with only the terms of orders first .. last in d, for field and force.
 SitePolynomial orders_of(SitePolynomial polynomial, int first, int last) {
-  const auto below = [](int lowest, int order) {
+  const auto num_terms = [](int lowest, int order) {
     return Eigen::Index{pack::num_monomials(static_cast<uint32_t>(lowest), static_cast<uint32_t>(order))};
   };
   if (first > 1) {
     polynomial.linear.setZero();
     const int known = std::min(first - 1, polynomial.degree);
-    polynomial.coefficients.topRows(below(2, known)).setZero();
-    polynomial.energy.head(below(2, known + 1)).setZero();
+    polynomial.coefficients.topRows(num_terms(2, known)).setZero();
+    polynomial.energy.head(num_terms(2, known + 1)).setZero();
   }
   if (last < polynomial.degree) {
-    polynomial.coefficients.bottomRows(below(last + 1, polynomial.degree)).setZero();
-    polynomial.energy.tail(below(last + 2, polynomial.degree + 1)).setZero();
+    polynomial.coefficients.bottomRows(num_terms(last + 1, polynomial.degree)).setZero();
+    polynomial.energy.tail(num_terms(last + 2, polynomial.degree + 1)).setZero();
   }
   return polynomial;
 }
 
-class Organ {
+// The organ with sampled sites, and with the series (Taylor polynomial at rest) of each site.
+class StudiedOrgan {
  public:
-  Organ(const std::filesystem::path& scene, const std::filesystem::path& samples)
+  StudiedOrgan(const std::filesystem::path& scene, const std::filesystem::path& samples)
       : loaded_(read_scene(scene)),
         sites_(find_contact_sites(loaded_.scene, loaded_.model)),
         assembly_(loaded_.model, loaded_.model.fixed_dofs()),
@@ -86,13 +87,13 @@ class Organ {
   }
   const std::vector<SurveySample>& survey(size_t index) const { return results_[index].survey; }
   const SitePolynomial& polynomial(size_t index) const { return results_[index].polynomial; }
-  const SitePolynomial& series(size_t index) const { return series_[index]; }  // at rest
+  const SitePolynomial& series(size_t index) const { return series_[index]; }
   SiteLinearResponse linear_at(size_t index) const { return linear_response(linear_, site(index)); }
 
   std::optional<Placement> placement(SiteMap map, size_t from, size_t to) const {
     return place_contact(loaded_.model, sites_, map, site(from), site(to));
   }
-  // The organ at another place, for maps and tables only.
+  // Returns the model translated by `away`, for maps and tables.
   Model moved_by(const Eigen::Vector3d& away) const {
     Model model = loaded_.model;
     for (Eigen::Vector3d& position : model.positions) position += away;
@@ -102,7 +103,7 @@ class Organ {
   LocalTable table(const Placement& placement) const { return local_table(loaded_.model, sites_, placement); }
   std::vector<size_t> spread(size_t count) const { return spread_sites(loaded_.model, sites_, count); }
 
-  // Mean |u - d| over the nodes that a tool at the site holds.
+  // Returns the mean |u - d| over the nodes that a tool at the site holds, length unit.
   double mean_contacted_error(size_t index, const Eigen::VectorXd& field, const Eigen::Vector3d& d) const {
     double sum = 0;
     for (const int member : site(index).patch)
@@ -113,8 +114,8 @@ class Organ {
   void add(const SurveySample& sample, const Eigen::VectorXd& field, const Eigen::Vector3d& force,
            Errors& errors) const {
     const Sample& truth = sample.truth;
-    const Eigen::VectorXd wrong = field - truth.field;
-    errors.displacement.push_back(wrong.reshaped(3, wrong.size() / 3).colwise().norm().maxCoeff() /
+    const Eigen::VectorXd difference = field - truth.field;
+    errors.displacement.push_back(difference.reshaped(3, difference.size() / 3).colwise().norm().maxCoeff() /
                                   truth.displacement.norm());
     errors.force.push_back((force - truth.force).norm() /
                            std::max(truth.force.norm(), 0.05 * largest_force_));
@@ -148,8 +149,8 @@ std::vector<std::string> row_of(const std::string& name, const std::string& wher
 const std::vector<std::string> kColumns = {"way", "edges away", "pushes",    "median",
                                            "p95", "max",        "force p95", "force max"};
 
-// A site's response at other sites, the nearest site for each distance.
-StudyTable moved_table(const Organ& organ) {
+// Tables errors at each site t of the response of the site s whose distance from t is nearest to `edges`.
+StudyTable moved_table(const StudiedOrgan& organ) {
   StudyTable table(
       "moved",
       "Errors in percent at one site of the answer of another one, over the survey pushes of all sites.",
@@ -172,9 +173,9 @@ StudyTable moved_table(const Organ& organ) {
       size_t s = t;
       double nearest = 1e300;
       for (size_t other = 0; other < organ.num_sites(); ++other) {
-        const double off = std::abs(organ.edges_between(t, other) - edges);
-        if (off < nearest) {
-          nearest = off;
+        const double deviation = std::abs(organ.edges_between(t, other) - edges);
+        if (deviation < nearest) {
+          nearest = deviation;
           s = other;
         }
       }
@@ -223,8 +224,8 @@ StudyTable moved_table(const Organ& organ) {
   return table;
 }
 
-// Some sites answer for all others: each site's own linear part, and the remainder from sites nearby.
-StudyTable blended_table(const Organ& organ) {
+// Tables errors at unsampled sites t: the linear part is that of t, the remainders come from near sites.
+StudyTable blended_table(const StudiedOrgan& organ) {
   StudyTable table(
       "blended",
       "Errors in percent where there is no site: exact linear answer and the remainders of sites nearby.",
@@ -232,7 +233,7 @@ StudyTable blended_table(const Organ& organ) {
        "force max"});
   for (const size_t count : {10, 16, 24, 36}) {
     const std::vector<size_t> kept = organ.spread(count);
-    for (const size_t blended : {1, 3, 5, 7, 9}) {
+    for (const size_t num_blended : {1, 3, 5, 7, 9}) {
       Errors errors;
       double farthest = 0;
       for (size_t t = 0; t < organ.num_sites(); ++t) {
@@ -242,11 +243,11 @@ StudyTable blended_table(const Organ& organ) {
           return organ.edges_between(t, one) < organ.edges_between(t, other);
         });
         farthest = std::max(farthest, organ.edges_between(t, near.front()));
-        near.resize(
-            std::min(near.size(), blended + (blended > 1 ? 1 : 0)));  // the last site ends the support
+        near.resize(std::min(near.size(),
+                             num_blended + (num_blended > 1 ? 1 : 0)));  // the last site ends the support
         std::vector<Eigen::Vector3d> places;
         for (const size_t s : near) places.push_back(organ.place(s));
-        const std::vector<double> weights = blended == 1
+        const std::vector<double> weights = num_blended == 1
                                                 ? std::vector<double>{1}
                                                 : site_weights(places, organ.place(t), organ.site(t).inward);
         std::vector<SitePolynomial> remainders;
@@ -267,7 +268,7 @@ StudyTable blended_table(const Organ& organ) {
           organ.add(sample, field, force, errors);
         }
       }
-      std::vector<std::string> row = row_of(fmt::format("{}", count), fmt::format("{}", blended), errors);
+      std::vector<std::string> row = row_of(fmt::format("{}", count), fmt::format("{}", num_blended), errors);
       row.insert(row.begin() + 2, fmt::format("up to {:.2g}", farthest));
       table.add(row);
     }
@@ -275,8 +276,8 @@ StudyTable blended_table(const Organ& organ) {
   return table;
 }
 
-// The paper's measure, section 3.4: deviation of the nodes held by a tool at t from the tool's displacement.
-StudyTable contacted_table(const Organ& organ) {
+// Tables the measure of section 3.4: the deviation of the nodes that a tool at t holds from the tool's d.
+StudyTable contacted_table(const StudiedOrgan& organ) {
   StudyTable table("contacted",
                    "Mean error of the contacted nodes, in mm, of the answer of a site so many edges away; "
                    "pushes to 8.24 mm.",
@@ -320,8 +321,8 @@ StudyTable contacted_table(const Organ& organ) {
   return table;
 }
 
-// The same organ at other places: eq. (25), which is linear through the origin, against a map about the site.
-StudyTable origin_table(const Organ& organ) {
+// Translates the organ. Compares eq. (25), which is linear through the origin, with maps about the site.
+StudyTable origin_table(const StudiedOrgan& organ) {
   StudyTable table(
       "origin",
       "Maps to sites two edges away (within a quarter), the brain moved as a whole; mean error of the "
@@ -369,7 +370,7 @@ StudyTable origin_table(const Organ& organ) {
 }
 
 void run_study(const std::filesystem::path& scene, const std::filesystem::path& folder) {
-  const Organ organ(scene, folder / "samples");
+  const StudiedOrgan organ(scene, folder / "samples");
   for (const StudyTable& table :
        {moved_table(organ), contacted_table(organ), origin_table(organ), blended_table(organ)}) {
     study::write_text(folder / (table.name() + ".md"), table.markdown());

@@ -1,10 +1,10 @@
-// Jumps of the force on a tool while its contact slides over an organ's surface, with a pack's own responses.
+// Measures jumps of the force on a tool while its contact slides over an organ's surface.
 //
 //   palpate_study_slides PACK DIR     writes DIR/slides.md and DIR/slides.csv
 //
 // Paths are straight lines between random sites, projected onto the surface, so they cross fissures, edges
-// and sites. A jump of the surface itself, as over a fissure, does not count. The push is constant
-// along a path. Several contacts slide at once in two series: at least two edges apart, and without a limit.
+// and sites. A jump of the surface itself, as over a fissure, does not count. The push is constant along a
+// path. Several contacts slide at once in two series: at least two edges apart, and without a limit.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -35,7 +35,7 @@ void require(pal_status status) {
 struct Slides {
   std::vector<double> jumps;  // the largest of each path, over its peak force
   long frames = 0;
-  long triangles = 0;  // entered on the way
+  long triangles = 0;  // changes of a contact to another triangle
 };
 
 Eigen::Vector3d place_of_site(const Pack& pack, std::uint32_t site) {
@@ -45,10 +45,10 @@ Eigen::Vector3d place_of_site(const Pack& pack, std::uint32_t site) {
          Eigen::Vector3d(pack.geometry().rest_positions + size_t{3} * node);
 }
 
-struct Path {
+struct Path {  // metres
   Eigen::Vector3d from;
   Eigen::Vector3d to;
-  Eigen::Vector3d d;
+  Eigen::Vector3d d;  // displacement of the contact
 };
 
 class Slider {
@@ -63,8 +63,8 @@ class Slider {
     require(session_.init(pack, config, {arena_.get(), bytes}));
   }
 
-  // Steps of `step` edges, until two contacts are nearer than `nearest` edges.
-  void slide(const std::vector<Path>& paths, double step, double nearest, Slides& slides) {
+  // Slides contacts along `paths` in steps of `step` edges, until two are nearer than `least_distance` edges.
+  void slide(const std::vector<Path>& paths, double step, double least_distance, Slides& slides) {
     const double edge = pack_.info().mean_surface_edge;
     double longest = 0;
     for (const Path& path : paths) longest = std::max(longest, (path.to - path.from).norm());
@@ -80,7 +80,7 @@ class Slider {
         require(pal_pack_find_surface_point(pack_.get(), place.data(), &now.points[c]));
         contacts.push_back(pal_contact_at(&now.points[c], paths[c].d.data()));
       }
-      if (are_within(nearest * edge, now)) break;
+      if (are_within(least_distance * edge, now)) break;
       require(session_.contact_frame(contacts, now.results));
       double moved = 0;
       double jump = 0;
@@ -90,7 +90,7 @@ class Slider {
         peak = std::max(peak, force_of(now, c).norm());
       }
       if (i > 0 && moved <= kLongest * step) {
-        largest = std::max(largest, jump * step / std::max(moved, step));
+        largest = std::max(largest, jump * step / std::max(moved, step));  // scaled to a step of `step`
         for (size_t c = 0; c < paths.size(); ++c)
           slides.triangles +=
               !std::equal(now.points[c].sites, now.points[c].sites + 3, before.points[c].sites);
@@ -107,7 +107,7 @@ class Slider {
     std::vector<pal_surface_point> points;
     std::vector<pal_contact_result> results;
   };
-  struct Free {
+  struct FreeMemory {
     void operator()(unsigned char* memory) const { std::free(memory); }
   };
   static Eigen::Vector3d force_of(const Frame& frame, size_t contact) {
@@ -126,12 +126,12 @@ class Slider {
   }
 
   const Pack& pack_;
-  std::unique_ptr<unsigned char, Free> arena_;
+  std::unique_ptr<unsigned char, FreeMemory> arena_;
   Session session_;
 };
 
 Slides slide_all_over(const Pack& pack, pal_model model, std::uint32_t num_contacts, double step,
-                      double nearest) {
+                      double least_distance) {
   Slider slider(pack, model, num_contacts);
   std::mt19937 random(1);
   const auto site = [&] {
@@ -151,7 +151,7 @@ Slides slide_all_over(const Pack& pack, pal_model model, std::uint32_t num_conta
   for (int i = 0; i < kPaths; ++i) {
     std::vector<Path> paths;
     while (paths.size() < num_contacts) paths.push_back(path());
-    slider.slide(paths, step, nearest, slides);
+    slider.slide(paths, step, least_distance, slides);
   }
   std::sort(slides.jumps.begin(), slides.jumps.end());
   return slides;
@@ -169,26 +169,26 @@ void run_study(const std::filesystem::path& file, const std::filesystem::path& f
     const char* name;
     pal_model model;
     std::uint32_t num_contacts;
-    double nearest;  // edges between contacts
+    double least_distance;  // edges between contacts
     double step = kStep;
   };
-  for (const auto& [name, model, num_contacts, nearest, step] :
+  for (const auto& [name, model, num_contacts, least_distance, step] :
        {Row{"linear_dd", PAL_MODEL_LINEAR, 1, 0},
         Row{"polynomial_dd, affine_site", PAL_MODEL_POLYNOMIAL, 1, 0},
         Row{"linear_dd", PAL_MODEL_LINEAR, 2, 2}, Row{"linear_dd", PAL_MODEL_LINEAR, 3, 2},
         Row{"linear_dd", PAL_MODEL_LINEAR, 2, 0}, Row{"linear_dd", PAL_MODEL_LINEAR, 2, 0, kStep / 4},
         Row{"linear_dd", PAL_MODEL_LINEAR, 3, 0}, Row{"linear_dd", PAL_MODEL_LINEAR, 3, 0, kStep / 4}}) {
-    const Slides slides = slide_all_over(pack, model, num_contacts, step, nearest);
+    const Slides slides = slide_all_over(pack, model, num_contacts, step, least_distance);
     if (slides.jumps.empty()) continue;
     const auto at = [&](double q) {
       return fmt::format(
           "{:.2f}",
           100 * slides.jumps[static_cast<size_t>(q * static_cast<double>(slides.jumps.size() - 1))]);
     };
-    table.add({name, fmt::format("{}", num_contacts), num_contacts > 1 ? fmt::format("{:g}", nearest) : "",
-               fmt::format("{:g}", step), fmt::format("{}", slides.jumps.size()),
-               fmt::format("{}", slides.frames), fmt::format("{}", slides.triangles), at(0.5), at(0.95),
-               at(1)});
+    table.add({name, fmt::format("{}", num_contacts),
+               num_contacts > 1 ? fmt::format("{:g}", least_distance) : "", fmt::format("{:g}", step),
+               fmt::format("{}", slides.jumps.size()), fmt::format("{}", slides.frames),
+               fmt::format("{}", slides.triangles), at(0.5), at(0.95), at(1)});
   }
   study::write_text(folder / (table.name() + ".md"), table.markdown());
   study::write_text(folder / (table.name() + ".csv"), table.csv());

@@ -1,5 +1,5 @@
-// palpate_bench_solver: the parts of a Newton iteration on the shipped brain, on one thread and on all. CHOLMOD's own
-// factor stands beside ours. A dense product on one thread bounds the double precision factor.
+// palpate_bench_solver: times the parts of a Newton iteration on the shipped brain, on one thread and on all,
+// and CHOLMOD's factor beside ours. A dense product on one thread bounds the double precision factor.
 #include <benchmark/benchmark.h>
 #include <cblas.h>
 
@@ -20,7 +20,7 @@ const Model& brain() {
   return model;
 }
 
-// A state away from rest, small enough for a positive definite K.
+// Returns a state away from rest, near enough for a positive definite K.
 Eigen::VectorXd displacement() {
   const int num_dofs = brain().num_dofs();
   return 1e-3 * Eigen::VectorXd::LinSpaced(num_dofs, 0.0, num_dofs).array().sin().matrix();
@@ -54,10 +54,10 @@ void tangent(benchmark::State& state) {
   for (auto _ : state) assembly.tangent(u, false, stiffness);
 }
 
-// |b - K x| / |b| of a solution x, where b is all ones.
+// Returns |b - K x| / |b| of a solution x, where b is all ones.
 double residual_of(const Eigen::VectorXd& solution, const SparseLower& stiffness) {
-  const Eigen::VectorXd right = Eigen::VectorXd::Ones(stiffness.cols());
-  return (stiffness.selfadjointView<Eigen::Lower>() * solution - right).norm() / right.norm();
+  const Eigen::VectorXd load = Eigen::VectorXd::Ones(stiffness.cols());
+  return (stiffness.selfadjointView<Eigen::Lower>() * solution - load).norm() / load.norm();
 }
 
 double residual_of(Cholesky& cholesky, const SparseLower& stiffness) {
@@ -84,17 +84,16 @@ void back_solve(benchmark::State& state) {
   const SparseLower stiffness = stiffness_of(assembly);
   Cholesky cholesky(assembly.analysis(), static_cast<int>(state.range(0)));
   if (!cholesky.factorize(stiffness, kPrecision)) return state.SkipWithError("not positive definite");
-  const Eigen::VectorXd right = Eigen::VectorXd::Ones(stiffness.cols());
+  const Eigen::VectorXd load = Eigen::VectorXd::Ones(stiffness.cols());
   Eigen::VectorXd solution;
   for (auto _ : state) {
-    solution = right;
+    solution = load;
     cholesky.solve(solution);
   }
   state.counters["error"] = residual_of(cholesky, stiffness);
 }
 
-// CHOLMOD's supernodal factor at its best: CHOLMOD tries its two orderings and keeps the sparser factor. Its threads
-// are those of OpenBLAS.
+// CHOLMOD's supernodal factor by the sparser of two orderings, with the threads of OpenBLAS.
 class SupernodalFactor : public Eigen::CholmodSupernodalLLT<SparseLower, Eigen::Lower> {
  public:
   SupernodalFactor(const SparseLower& matrix, int threads) {
@@ -121,13 +120,13 @@ void back_solve_by_cholmod(benchmark::State& state) {
   SupernodalFactor cholmod(stiffness, static_cast<int>(state.range(0)));
   cholmod.factorize(stiffness);
   if (cholmod.info() != Eigen::Success) return state.SkipWithError("not positive definite");
-  const Eigen::VectorXd right = Eigen::VectorXd::Ones(stiffness.cols());
+  const Eigen::VectorXd load = Eigen::VectorXd::Ones(stiffness.cols());
   Eigen::VectorXd solution;
-  for (auto _ : state) solution = cholmod.solve(right);
+  for (auto _ : state) solution = cholmod.solve(load);
   state.counters["error"] = residual_of(solution, stiffness);
 }
 
-// On a single thread.
+// Times a product of dense matrices on a single thread.
 void dense_product(benchmark::State& state) {
   constexpr int kSize = 1024;
   openblas_set_num_threads(1);
@@ -140,7 +139,7 @@ void dense_product(benchmark::State& state) {
   count_operations(state, 2.0 * kSize * kSize * kSize);
 }
 
-// Median and maximum over repetitions.
+// Reports median and maximum over repetitions.
 void median_and_max(benchmark::internal::Benchmark* one) {
   one->Repetitions(9)->ReportAggregatesOnly()->MinTime(0.1);
   one->ComputeStatistics(

@@ -1,7 +1,7 @@
-// Figures 3, 4 and 5 of Zhong et al. 2005 section 2.4 on its cylinder, the difference between its eq. (1) and
-// Abaqus' eq. (11), and its experiment with 0.998 x 2 ln J.
+// Repeats figures 3, 4 and 5 of Zhong et al. 2005 section 2.4 on its cylinder, the difference between its eq.
+// (1) and Abaqus' eq. (11), and its experiment with 0.998 x 2 ln J.
 //
-//   palpate_study_paper DIR     writes DIR/paper_*.csv, which plot_paper.py draws, and the tables DIR/paper.md
+//   palpate_study_paper DIR     writes DIR/paper_*.csv, for plot_paper.py, and the tables DIR/paper.md
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -34,7 +34,7 @@ constexpr int kTableForces[] = {0, 5, 10, 20, 40, 52, 60, 80};  // 0 stands for 
 constexpr double kRatios[] = {1, 100, 1000};                    // lambda over the paper's
 constexpr double kPenalty = 0.998;                              // the paper's factor on 2 ln J
 
-// -uz of P1 in the paper's tables 2 and 3, on its own mesh.
+// Force and -uz of P1 in the paper's tables 2 and 3, on the paper's mesh.
 constexpr std::pair<double, double> kPaperPush[] = {
     {4, 0.327541}, {12, 0.955437}, {20, 1.55091}, {28, 2.11458}, {36, 2.64742},
     {44, 3.14994}, {52, 3.62138},  {60, 4.05941}, {68, 4.46167}, {80, 4.99196}};
@@ -64,7 +64,7 @@ class Study {
   double tip(const Paths& paths, int sign, size_t index) const {
     return component(paths.at(sign)[index], "P1", 2);
   }
-  // Current volume over reference volume of the elements at P1: the mean det F under the tip.
+  // Returns the mean det F under the tip: current over reference volume of the elements at P1.
   double volume_at_tip(const Paths& paths, int sign, size_t index) const {
     const int tip_node = marked_node(model_, "P1");
     double rest = 0;
@@ -84,7 +84,7 @@ class Study {
     }
     return now / rest;
   }
-  // Relative excess of the tip's displacement in `other` over eq. (1).
+  // Returns the relative excess of the tip's displacement in `other` over eq. (1).
   double excess(const Paths& other, double ratio, int sign, size_t index) const {
     return tip(other, sign, index) / tip(answers_.at(ratio).equation_1, sign, index) - 1;
   }
@@ -115,7 +115,7 @@ class Study {
   }
 
   void figures_3_to_5() {
-    const Answers& answers = answers_.at(1);
+    const LawPaths& answers = answers_.at(1);
     const Paths linear = solved(LinearElastic{kPaperMu, kPaperLambda});
     std::ofstream file = csv("paper_curves.csv", "law,force,p1_z,p2_y,p3_x,p3_y,p3_z");
     for (const auto& [name, paths] :
@@ -157,8 +157,8 @@ class Study {
     });
   }
 
-  // Depth, by interpolation, where a curve of (force, depth) deviates by `part` from the line through rest
-  // and its first point. Negative if the curve never does.
+  // Returns the depth, by interpolation, where a curve of (force, depth) deviates by `part` from the line
+  // through rest and the first point. Negative where the curve stays nearer.
   static double departure(const std::vector<std::pair<double, double>>& curve, double part) {
     const auto deviation = [&](size_t i) {
       return std::abs(curve[i].second / curve[i].first * curve[0].first / curve[0].second - 1);
@@ -170,7 +170,7 @@ class Study {
     }
     return -1;
   }
-  // Deviation of the secant at `depth` from the first point's secant, by interpolation.
+  // Returns the deviation of the secant at `depth` from the first point's secant, by interpolation.
   static double deviation_at(const std::vector<std::pair<double, double>>& curve, double depth) {
     size_t i = 1;
     while (i + 1 < curve.size() && curve[i].second < depth) ++i;
@@ -180,7 +180,7 @@ class Study {
   }
 
   void linearity() {
-    const Answers& answers = answers_.at(1);
+    const LawPaths& answers = answers_.at(1);
     std::vector<std::pair<std::string, std::vector<std::pair<double, double>>>> curves;
     for (const auto& [name, paths] : {std::pair{"eq. (1)", &answers.equation_1},
                                       std::pair{"eq. (11), kappa = lambda", &answers.equation_11},
@@ -214,8 +214,8 @@ class Study {
   }
 
   void differences() {
-    // Relative to eq. (1): the effect of C is eq. (11) + V -> (1), the effect of V is (11) -> (11) + V. The
-    // sum is the whole.
+    // Relative to eq. (1), the step from eq. (11) to eq. (11) + V is the effect of V. The further step to
+    // eq. (1) is the effect of C. The sum of both is `whole`.
     const auto coupling = [&](double ratio, int sign, size_t i) {
       return excess(answers_.at(ratio).without_coupling, ratio, sign, i);
     };
@@ -253,7 +253,7 @@ class Study {
         coupling);
   }
 
-  // Compliance of the tip at small strain, C = uz / force.
+  // Returns the compliance of the tip at small strain, uz / force.
   static double compliance(const Law& law, bool ten_nodes) {
     Model model = paper_cylinder(PALPATE_SOURCE_DIR, law);
     if (ten_nodes) {
@@ -266,8 +266,8 @@ class Study {
     return (*displacement)[3 * marked_node(body.model(), "P1") + 2] / kTiny;
   }
 
-  // At small strain, - d ln C / d ln kappa is the volumetric part of the energy, because the compliance is
-  // twice the energy of a unit force. The part is between 0 and 1 on any body and mesh. The tip therefore
+  // The compliance C at small strain is twice the energy of a unit force. Hence - d ln C / d ln kappa is the
+  // volumetric part of the energy, between 0 and 1 on any body and mesh. The tip therefore
   // differs by at most the difference of the bulk moduli.
   void small_loads() {
     table(
@@ -280,7 +280,7 @@ class Study {
       std::array<double, 2> volumetric{};
       std::array<double, 2> difference{};
       for (const bool ten_nodes : {false, true}) {
-        // Linear elasticity with `part` times the bulk modulus of eq. (1).
+        // Returns the compliance by linear elasticity with `part` times the bulk modulus of eq. (1).
         const auto linear = [&](double part) {
           const double kappa = part * (lambda + 2 * kPaperMu / 3);
           return compliance(LinearElastic{kPaperMu, kappa - 2 * kPaperMu / 3}, ten_nodes);
@@ -300,7 +300,7 @@ class Study {
 
   void penalty() {
     constexpr double kAgreement = 1e-8;  // between SmallNewton and StaticSolver, length unit
-    const Paths check = solved_by_hand([](const Eigen::Matrix3d& F) { return with_penalty(1.0, F); });
+    const Paths check = solved_by_small_newton([](const Eigen::Matrix3d& F) { return with_penalty(1.0, F); });
     double distance = 0;
     for (const int sign : {-1, 1})
       for (size_t i = 0; i <= kLargest; ++i)
@@ -311,7 +311,7 @@ class Study {
     fmt::print("the study's own Newton agrees with StaticSolver to {:.1g}\n", distance);
 
     const auto law = [](const Eigen::Matrix3d& F) { return with_penalty(kPenalty, F); };
-    const Paths paths = solved_by_hand(law);
+    const Paths paths = solved_by_small_newton(law);
     SmallNewton body(model_, law);
     const std::optional<Eigen::VectorXd> unloaded = body.under(0.0);
     if (!unloaded) throw std::runtime_error("no equilibrium without load");
@@ -346,7 +346,7 @@ class Study {
   std::filesystem::path directory_;
   Model model_;
   std::ofstream markdown_;
-  std::map<double, Answers> answers_;  // by ratio
+  std::map<double, LawPaths> answers_;  // by ratio
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Laws between eqs. (1) and (11) of Zhong et al. 2005, for the study of their difference only.
+// Laws between eqs. (1) and (11) of Zhong et al. 2005, for the study of their difference alone.
 //
 // With A = J^(-2/3) I, exactly:
 //   eq. (1) = eq. (11) + V + C,   V = mu/2 (3 J^(2/3) - 3 - 2 ln J),   C = mu/2 (J^(2/3) - 1)(A - 3)
@@ -14,8 +14,8 @@
 
 namespace palpate::test {
 
-// Eq. (1) with 2 ln J scaled by `penalty`: P = (1) + (1 - penalty) mu H, H = F^-T. P(1) = (1 - penalty) mu 1,
-// so rest is not an equilibrium.
+// Eq. (1) with 2 ln J scaled by `penalty`: P = P of eq. (1) + (1 - penalty) mu H, H = F^-T. At F = 1 the
+// stress is (1 - penalty) mu 1, hence F = 1 is no equilibrium.
 inline StressAndTangent with_penalty(double penalty, const Eigen::Matrix3d& F) {
   const Eigen::Matrix3d H = F.inverse().transpose();
   const double excess = (1 - penalty) * kPaperMu;
@@ -25,7 +25,7 @@ inline StressAndTangent with_penalty(double penalty, const Eigen::Matrix3d& F) {
   return result;
 }
 
-// Eq. (11) + V: V' = mu (J^(-1/3) - 1/J), V'' = mu (1/J^2 - J^(-4/3) / 3).
+// Eq. (11) + V, with V' = mu (J^(-1/3) - 1/J), V'' = mu (1/J^2 - J^(-4/3) / 3).
 inline StressAndTangent with_volume_term(double lambda, const Eigen::Matrix3d& F) {
   const double J = F.determinant();
   const Eigen::Matrix3d H = F.inverse().transpose();

@@ -31,7 +31,7 @@ Paths solved(const Law& law) {
   return paths;
 }
 
-Paths solved_by_hand(const SmallNewton::Response& response) {
+Paths solved_by_small_newton(const SmallNewton::Response& response) {
   const Model model = paper_cylinder(PALPATE_SOURCE_DIR, CompressibleNeoHookean{kPaperMu, kPaperLambda});
   Paths paths;
   for (const int sign : {-1, 1}) {
@@ -41,11 +41,11 @@ Paths solved_by_hand(const SmallNewton::Response& response) {
   return paths;
 }
 
-Answers solve_all(double ratio) {
+LawPaths solve_all(double ratio) {
   const double lambda = ratio * kPaperLambda;
   return {solved(CompressibleNeoHookean{kPaperMu, lambda}), solved(equation_11(kPaperMu, lambda)),
           solved(equation_11(kPaperMu, lambda + 2 * kPaperMu / 3)),
-          solved_by_hand([=](const Eigen::Matrix3d& F) { return with_volume_term(lambda, F); })};
+          solved_by_small_newton([=](const Eigen::Matrix3d& F) { return with_volume_term(lambda, F); })};
 }
 
 }  // namespace palpate::test

@@ -1,8 +1,7 @@
-// Newton for laws outside the product, written independently: its own loop over four-node tetrahedra and
+// Newton for laws that StaticSolver lacks, written independently: a loop over four-node tetrahedra and
 // Eigen's LDL^T. The caller chooses the load steps. For a few hundred nodes.
 //
-// With the shape gradients g_a of an element of volume V and F = 1 + sum_a u_a g_a^T, dF = B du in columns of
-// nine:
+// For an element with shape gradients g_a and volume V, F = 1 + sum_a u_a g_a^T and dF = B du, B of 9 x 12:
 //   P_e = V B^T P(F),  K_e = V B^T dP/dF B.
 #pragma once
 
@@ -22,7 +21,7 @@
 
 namespace palpate::test {
 
-// Like LoadedCylinder, for any response to F. Keeps a reference to the model, and ignores the model's law.
+// Solves like LoadedCylinder, for any response to F. Refers to the model but ignores the model's law.
 class SmallNewton {
  public:
   using Response = std::function<StressAndTangent(const Eigen::Matrix3d&)>;
@@ -33,9 +32,9 @@ class SmallNewton {
         fixed_(model.fixed_dofs()),
         displacement_(Eigen::VectorXd::Zero(model.num_dofs())) {}
 
-  // The displacement of every dof under (0, 0, force) at P1, starting from the last call's result.
+  // Returns the displacement [num_dofs] under (0, 0, force) at P1. Starts from the last call's result.
   std::optional<Eigen::VectorXd> under(double force) {
-    constexpr double kConverged = 1e-10;  // the last step, length unit; Newton's error is its square
+    constexpr double kConverged = 1e-10;  // largest component of the last step, length unit
     Eigen::VectorXd load = Eigen::VectorXd::Zero(model_.num_dofs());
     load[3 * marked_node(model_, "P1") + 2] = force;
     for (int iteration = 0; iteration < 50; ++iteration) {
@@ -61,7 +60,7 @@ class SmallNewton {
     return values;
   }
 
-  // P and K of the free dofs, with 1 on the diagonal of the others. False if an element is inverted.
+  // Assembles P, and K with 1 on the diagonal of fixed dofs. Returns false where an element is inverted.
   bool assemble(const Eigen::VectorXd& displacement) {
     std::vector<Eigen::Triplet<double>> entries;
     internal_.setZero(model_.num_dofs());
@@ -78,16 +77,15 @@ class SmallNewton {
       const ShapeAtPoint<4> shape(rest, 0);
       const Eigen::Matrix3d F = Eigen::Matrix3d::Identity() + moved * shape.gradients.transpose();
       if (F.determinant() <= 0) return false;
-      Eigen::Matrix<double, 9, 12> strain;  // dF_iJ = sum_a u_ai g_aJ
-      strain.setZero();
+      Eigen::Matrix<double, 9, 12> B;  // dF_iJ = sum_a u_ai g_aJ
+      B.setZero();
       for (int a = 0; a < 4; ++a)
         for (int J = 0; J < 3; ++J)
-          for (int i = 0; i < 3; ++i) strain(i + 3 * J, 3 * a + i) = shape.gradients(J, a);
+          for (int i = 0; i < 3; ++i) B(i + 3 * J, 3 * a + i) = shape.gradients(J, a);
       const StressAndTangent response = response_(F);
       const Eigen::Matrix<double, 12, 1> force =
-          shape.volume * strain.transpose() * response.first_piola_kirchhoff.reshaped();
-      const Eigen::Matrix<double, 12, 12> stiffness =
-          shape.volume * strain.transpose() * response.tangent * strain;
+          shape.volume * B.transpose() * response.first_piola_kirchhoff.reshaped();
+      const Eigen::Matrix<double, 12, 12> stiffness = shape.volume * B.transpose() * response.tangent * B;
       for (int a = 0; a < 12; ++a) {
         const int row = dofs[static_cast<size_t>(a)];
         internal_[row] += force[a];

@@ -1,4 +1,4 @@
-// A table for a page: Markdown under a caption of one line, and the same cells as CSV.
+// A table of a page: Markdown under a caption of one line, and the same cells as CSV.
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,5 @@
-// palpate_study_validation DIR [PAGE ...]: writes the figures of the nonlinear solver's validation as
-// Markdown for docs and as CSV. PAGE selects pages. tests/reference/solver_scenes_test.cpp bounds the same
-// scenes.
+// palpate_study_validation DIR [PAGE ...]: writes the figures of the solver's validation as Markdown and CSV,
+// for the named pages or for all. tests/reference/solver_scenes_test.cpp bounds the same scenes.
 #include "bench/solver/validation.hpp"
 
 #include <algorithm>

@@ -19,7 +19,7 @@ class SceneRunner {
   }
 
  private:
-  static constexpr int kScenes = 366;  // on all pages
+  static constexpr int kScenes = 366;  // scenes of all pages, the end of the progress bar
   ProgressBar bar_{"validation", kScenes};
   int done_ = 0;
 };

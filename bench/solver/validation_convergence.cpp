@@ -1,4 +1,4 @@
-// The solver's limit and order of convergence, and their independence of units, origin and frame.
+// Page of the solver's limit and order of convergence, and their independence of units, origin and frame.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -23,11 +23,11 @@ double percent_above(double value, double reference) {
 }
 
 struct BentBeam {
-  double deflection;  // over its length
+  double deflection;  // of the tip, over the length
   int iterations;
 };
 
-// A beam under the dead force `force` EI / L^2 across its tip.
+// Bends a beam by a dead force of `force` EI / L^2 across its tip.
 BentBeam bent(SceneRunner& runner, const Beam& beam, double force) {
   const SolverScene scene =
       loaded_beam(beam, {0, 0, force * test::kSecondMoment / (beam.length * beam.length)});
@@ -113,7 +113,7 @@ StudyTable residual_table(SceneRunner& runner) {
   return table;
 }
 
-// The block's push in other units of length and modulus, rotated and translated.
+// An observer of the block's push, with other units of length and modulus and with turned and moved axes.
 struct Observer {
   std::string name;
   double length = 1;
@@ -142,8 +142,8 @@ StudyTable invariance_table(SceneRunner& runner) {
       "A unit block whose top moves by (0.15 0.05 -0.3), seen by others: the largest difference of "
       "displacements over the largest displacement, and of forces over the largest force.",
       {"observer", "displacement", "force", "iterations"});
-  const SolverScene own_scene = as_seen_by({"own"});
-  const SceneRun own = runner(own_scene);
+  const SolverScene reference_scene = as_seen_by({"own"});
+  const SceneRun reference = runner(reference_scene);
   // The block's coordinates are multiples of 2^-20; only other coordinates show rounding.
   const Observer observers[] = {
       {"micrometres (1e6; modulus 1e-12)", 1e6, 1e-12},
@@ -153,19 +153,22 @@ StudyTable invariance_table(SceneRunner& runner) {
       {"1e6 body lengths away (coordinates rounded at 1e-10)", 0.7, 1, {1.1e6, -0.7e6, 0.9e6}}};
   for (const Observer& observer : observers) {
     const SceneRun run = runner(as_seen_by(observer));
-    const auto difference = [&](const Eigen::VectorXd& theirs, const Eigen::VectorXd& ours, double unit) {
-      const Eigen::Matrix3Xd expected = observer.turn * ours.reshaped(3, own_scene.model.num_nodes());
-      return (theirs / unit - expected.reshaped()).cwiseAbs().maxCoeff() / ours.cwiseAbs().maxCoeff();
+    const auto difference = [&](const Eigen::VectorXd& observed, const Eigen::VectorXd& reference_values,
+                                double unit) {
+      const Eigen::Matrix3Xd expected =
+          observer.turn * reference_values.reshaped(3, reference_scene.model.num_nodes());
+      return (observed / unit - expected.reshaped()).cwiseAbs().maxCoeff() /
+             reference_values.cwiseAbs().maxCoeff();
     };
     table.add({observer.name,
-               fmt::format("{:.1e}", difference(run.displacement, own.displacement, observer.length)),
-               fmt::format("{:.1e}", difference(run.force, own.force,
+               fmt::format("{:.1e}", difference(run.displacement, reference.displacement, observer.length)),
+               fmt::format("{:.1e}", difference(run.force, reference.force,
                                                 observer.modulus * observer.length * observer.length)),
                std::to_string(run.iterations)});
   }
-  const int a = test::nodes_on_plane(own_scene.model, 0, 0.0)[5];
-  const int b = test::nodes_on_plane(own_scene.model, 0, 1.0)[9];
-  const test::ReciprocalForces forces = test::reciprocal_forces(own_scene, own, a, b);
+  const int a = test::nodes_on_plane(reference_scene.model, 0, 0.0)[5];
+  const int b = test::nodes_on_plane(reference_scene.model, 0, 1.0)[9];
+  const test::ReciprocalForces forces = test::reciprocal_forces(reference_scene, reference, a, b);
   table.add({"reciprocity of two nodes' forces about that state", "",
              fmt::format("{:.1e}", (forces.at_a_due_to_b - forces.at_b_due_to_a.transpose()).norm() /
                                        forces.at_a_due_to_b.norm()),

@@ -1,4 +1,4 @@
-// Cost and result of each hard case of the solver.
+// Page of the cost and the result of each hard case of the solver.
 #include <fmt/core.h>
 
 #include <filesystem>
@@ -47,7 +47,7 @@ class HardCases {
        "min J", "mesh"}};
 };
 
-// The rows that beam theory predicts.
+// Collects the rows that beam theory predicts.
 class BeamOutcomes {
  public:
   void add(const std::string& name, const std::string& quantity, double found, double theory) {

@@ -1,4 +1,4 @@
-// Paths past limit points: their cost, and their distance from references.
+// Page of paths past limit points: their cost, and their distance from references.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -16,8 +16,7 @@ namespace {
 using test::PathRun;
 using test::PathScene;
 
-// Load factors `force` / `unit` at the maximum and at the following minimum, for deflections from 0 to
-// `furthest`.
+// Returns force(w) / `unit` at its maximum and the following minimum, for deflections w from 0 to `furthest`.
 template <typename Force>
 std::pair<double, double> limits_of(Force&& force, double furthest, double unit) {
   constexpr int kSteps = 2000;
@@ -52,7 +51,7 @@ class Paths {
   StudyTable& table() { return table_; }
 
  private:
-  // Number of increments where Bergan's sign differs from the load's direction.
+  // Returns the number of increments where the current stiffness has another sign than the load's growth.
   static int num_misled(const PathRun& run) {
     int misled = 0;
     for (size_t i = 1; i < run.points.size(); ++i) {

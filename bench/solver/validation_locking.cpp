@@ -1,5 +1,4 @@
-// Locking of linear tetrahedra in nearly incompressible tissue, its absence with shared volumes and quadratic
-// elements, and the cost of each.
+// Page of locking in nearly incompressible tissue: linear, shared-volume and quadratic elements.
 #include <fmt/core.h>
 
 #include <array>
@@ -38,16 +37,16 @@ bool has_ten_nodes(Elements elements) {
   return elements == Elements::c3d10 || elements == Elements::c3d10h;
 }
 
-struct Answer {
+struct MeshResult {
   double value = 0;
   double seconds = 0;
   int nodes = 0;
 };
 
-using Case = std::function<Answer(int cells, Elements elements, double poisson)>;
+using Case = std::function<MeshResult(int cells, Elements elements, double poisson)>;
 
-// `value` on three meshes of each element; a ten-node mesh has the nodes of the four-node mesh. A row for
-// each Poisson's ratio and element. The converged value is Aitken's limit of C3D10H's three meshes.
+// Solves a case on three meshes of each element; a ten-node mesh has the nodes of the four-node mesh. Adds a
+// row for each Poisson's ratio and element. The converged value is Aitken's limit of C3D10H's three meshes.
 std::pair<StudyTable, StudyTable> locking_tables(const std::string& name, const std::string& caption,
                                                  int coarsest, const Case& answer) {
   StudyTable errors(name, caption + " Error of each mesh in percent of the converged value.",
@@ -56,7 +55,7 @@ std::pair<StudyTable, StudyTable> locking_tables(const std::string& name, const 
                    "What that took at nu = 0.499, one thread: seconds of a whole solve, with nodes.",
                    {"element", "coarse", "middle", "fine"});
   for (const double poisson : kPoissonRatios) {
-    std::array<std::array<Answer, 3>, kEveryElement.size()> answers;
+    std::array<std::array<MeshResult, 3>, kEveryElement.size()> answers;
     for (size_t kind = 0; kind < kEveryElement.size(); ++kind) {
       for (size_t mesh = 0; mesh < 3; ++mesh) {
         const int cells = (has_ten_nodes(kEveryElement[kind]) ? 1 : 2) * coarsest << mesh;
@@ -70,7 +69,7 @@ std::pair<StudyTable, StudyTable> locking_tables(const std::string& name, const 
       std::vector<std::string> row = {fmt::format("{:g}", poisson), fmt::format("{:.4f}", limit),
                                       name_of(kEveryElement[kind])};
       std::vector<std::string> cost = {name_of(kEveryElement[kind])};
-      for (const Answer& one : answers[kind]) {
+      for (const MeshResult& one : answers[kind]) {
         row.push_back(fmt::format("{:+.2f}", 100 * (one.value / limit - 1)));
         cost.push_back(fmt::format("{:.2f} s ({})", one.seconds, one.nodes));
       }
@@ -99,7 +98,7 @@ StudyTable small_strain_table(SceneRunner& run) {
   return table;
 }
 
-// The best number of elements in a patch: middle meshes at nu = 0.499 over C3D10H's converged values.
+// Compares numbers of elements in a volume patch, on the middle meshes at nu = 0.499.
 StudyTable patch_size_table(SceneRunner& run) {
   StudyTable table(
       "patch_sizes",
@@ -129,7 +128,7 @@ StudyTable patch_size_table(SceneRunner& run) {
 std::vector<StudyTable> locking_page(SceneRunner& run) {
   const auto solved = [&](const SolverScene& scene, double (*value)(const SolverScene&, const SceneRun&)) {
     const SceneRun answer = run(scene);
-    return Answer{value(scene, answer), answer.seconds, scene.model.num_nodes()};
+    return MeshResult{value(scene, answer), answer.seconds, scene.model.num_nodes()};
   };
   const auto membrane = [&](int cells, Elements elements, double poisson) {
     return solved(test::cooks_membrane(cells, elements, test::neo_hooke_of(test::kCookShearModulus, poisson)),

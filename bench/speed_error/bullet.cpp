@@ -1,5 +1,5 @@
-// Speed and error of Bullet's deformable body, a peer that Debian packages, at the pushes of `palpate report`.
-// Mesh and small-strain moduli are the same.
+// Measures speed and error of Bullet's deformable body, a peer that Debian packages, at the pushes of a
+// report. The body has the scene's mesh and small-strain moduli.
 //
 //   palpate_study_bullet SCENE.toml OUT.csv [SEED]     writes OUT.csv, for accuracy_tables.py
 //
@@ -33,26 +33,25 @@ namespace {
 
 constexpr int kFramesOfAnApproach = 50;
 constexpr int kMostFramesToSettle = 150;
-constexpr double kSettled = 1e-4;   // over |d|: largest motion of a node in a frame,
-constexpr double kBalanced = 0.05;  // and largest force on free nodes, over the force on held nodes
-// Limits the pushes of each |d|, whose time grows with the number of elements.
-constexpr int kElementPushes = 60000;
+constexpr double kSettledMotion = 1e-4;    // largest motion of a node in a frame of a settled body, over |d|
+constexpr double kSettledResidual = 0.05;  // largest BulletBody::imbalance() of a settled body
+constexpr int kElementPushes = 60000;      // elements times pushes of a |d|, which bounds the time
 constexpr int kMostPushes = 24;
 constexpr int kPushesOfSeveral = 2;  // at each |d|
 constexpr double kPartOfSeveral = 0.5;
 
-struct Answers {
-  MethodAnswer arrived;
-  MethodAnswer settled;
-  bool diverged_on_the_way = false;
-  bool diverged = false;
+struct PushAnswers {
+  MethodAnswer arrived;              // at the end of the approach
+  MethodAnswer settled;              // after settling
+  bool diverged_on_the_way = false;  // in the approach
+  bool diverged = false;             // not settled
   double imbalance = 0;
   double smallest_jacobian = 1;
   int frames_to_settle = 0;
   std::vector<double> nanoseconds;  // of the frames of the approach
 };
 
-// Bullet's answer in a report's form.
+// Returns Bullet's response in the form of a report.
 MethodAnswer answer_of(const BulletBody& body, const Organ& organ,
                        const std::vector<LinearContact>& contacts) {
   MethodAnswer answer;
@@ -66,6 +65,7 @@ MethodAnswer answer_of(const BulletBody& body, const Organ& organ,
   return answer;
 }
 
+// Returns the zero response, which stands for a diverged push.
 MethodAnswer no_answer(const Organ& organ, size_t contacts) {
   MethodAnswer answer;
   answer.field.setZero(3 * static_cast<Eigen::Index>(organ.sites.packed_nodes.size()));
@@ -81,14 +81,15 @@ double largest_step(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   return (a - b).reshaped(3, a.size() / 3).colwise().norm().maxCoeff();
 }
 
-Answers push(const Organ& organ, const std::vector<LinearContact>& contacts, double size) {
+// Moves the contacts from rest and lets the body settle. `size`: the largest |d| of the contacts.
+PushAnswers push(const Organ& organ, const std::vector<LinearContact>& contacts, double size) {
   const LoadCase load = held_patches(organ.model, organ.sites, organ.rest, contacts);
   BulletBody body(organ.model, load.held);
-  Answers answers;
+  PushAnswers answers;
   for (int frame = 1; frame <= kFramesOfAnApproach; ++frame) {
-    const Eigen::VectorXd here = static_cast<double>(frame) / kFramesOfAnApproach * load.displacement;
+    const Eigen::VectorXd target = static_cast<double>(frame) / kFramesOfAnApproach * load.displacement;
     const auto start = std::chrono::steady_clock::now();
-    body.frame(here);
+    body.frame(target);
     answers.nanoseconds.push_back(
         std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count());
   }
@@ -101,11 +102,11 @@ Answers push(const Organ& organ, const std::vector<LinearContact>& contacts, dou
     body.frame(load.displacement);
     ++answers.frames_to_settle;
     const Eigen::VectorXd after = body.displacement();
-    has_settled = largest_step(after, before) <= kSettled * size;
+    has_settled = largest_step(after, before) <= kSettledMotion * size;
     before = after;
   }
   answers.imbalance = body.imbalance();
-  answers.diverged = !has_settled || !(answers.imbalance <= kBalanced);
+  answers.diverged = !has_settled || !(answers.imbalance <= kSettledResidual);
   answers.settled = answers.diverged ? no_answer(organ, contacts.size()) : answer_of(body, organ, contacts);
   answers.smallest_jacobian = body.smallest_jacobian();
   return answers;
@@ -117,18 +118,18 @@ struct BulletRow {
   int diverged = 0;  // pushes among method.pushes
 };
 
-// The record of a run.
-struct Course {
+// Counts over all pushes of a run.
+struct RunCounts {
   int pushes = 0;
   int diverged = 0;
-  // For the settled pushes:
+  // The following members cover the settled pushes.
   std::vector<int> frames_to_settle;
-  double imbalance = 0;  // the largest
-  int inverted = 0;      // with inverted elements
+  double imbalance = 0;  // largest residual
+  int inverted = 0;      // pushes with inverted elements
 };
 
-// Two rows: at arrival, and after settling.
-std::vector<BulletRow> rows_of(const Organ& organ, const LevelTruths& level, int contacts, Course& course,
+// Returns two rows of a level: at arrival, and after settling. Adds to `counts`.
+std::vector<BulletRow> rows_of(const Organ& organ, const LevelTruths& level, int contacts, RunCounts& counts,
                                const std::function<void()>& progress) {
   std::vector<MeasuredPush> arrived;
   std::vector<MeasuredPush> settled;
@@ -142,21 +143,21 @@ std::vector<BulletRow> rows_of(const Organ& organ, const LevelTruths& level, int
     MeasuredPush& first = arrived.emplace_back();
     MeasuredPush& second = settled.emplace_back();
     if (!truth.solved) continue;
-    const Answers answers = push(organ, truth.contacts, truth.largest_displacement());
+    const PushAnswers answers = push(organ, truth.contacts, truth.largest_displacement());
     first = measure_push(truth, answers.arrived, floor);
     second = measure_push(truth, answers.settled, floor);
-    std::vector<double> here = answers.nanoseconds;
-    nanoseconds.insert(nanoseconds.end(), here.begin(), here.end());
-    medians.push_back(quantile(std::move(here), 0.5));
+    std::vector<double> push_times = answers.nanoseconds;
+    nanoseconds.insert(nanoseconds.end(), push_times.begin(), push_times.end());
+    medians.push_back(quantile(std::move(push_times), 0.5));
     diverged_on_the_way += answers.diverged_on_the_way ? 1 : 0;
     diverged += answers.diverged ? 1 : 0;
-    ++course.pushes;
+    ++counts.pushes;
     if (answers.diverged) continue;
-    course.frames_to_settle.push_back(answers.frames_to_settle);
-    course.imbalance = std::max(course.imbalance, answers.imbalance);
-    course.inverted += answers.smallest_jacobian <= 0 ? 1 : 0;
+    counts.frames_to_settle.push_back(answers.frames_to_settle);
+    counts.imbalance = std::max(counts.imbalance, answers.imbalance);
+    counts.inverted += answers.smallest_jacobian <= 0 ? 1 : 0;
   }
-  course.diverged += diverged;
+  counts.diverged += diverged;
   if (nanoseconds.empty()) return {};
   const std::string name = "Bullet " + BulletBody::version();
   std::vector<BulletRow> rows = {
@@ -190,16 +191,16 @@ std::string csv_of(const std::vector<BulletRow>& rows) {
   return text;
 }
 
-std::string summary(const Course& course, const std::string& pushes) {
+std::string summary(const RunCounts& counts, const std::string& pushes) {
   std::string settling = "never settled";
-  if (!course.frames_to_settle.empty()) {
+  if (!counts.frames_to_settle.empty()) {
     const auto [least, most] =
-        std::minmax_element(course.frames_to_settle.begin(), course.frames_to_settle.end());
+        std::minmax_element(counts.frames_to_settle.begin(), counts.frames_to_settle.end());
     settling = fmt::format(
         "settled, {} to {} frames later, when no node moves by more than {:g} % of |d| in a frame and forces "
         "are "
         "out of balance by {:.1g} % at most, so that what is left is its law",
-        *least, *most, 100 * kSettled, 100 * course.imbalance);
+        *least, *most, 100 * kSettledMotion, 100 * counts.imbalance);
   }
   return fmt::format(
       "Bullet {}: its deformable body on the same mesh, a step of backward Euler in each frame, which "
@@ -209,8 +210,8 @@ std::string summary(const Course& course, const std::string& pushes) {
       "arrives from rest in {} frames, and {}. Over {}: of {} pushes {} diverged, and {} settled with "
       "elements turned "
       "inside out.",
-      BulletBody::version(), kFramesOfAnApproach, settling, pushes, course.pushes, course.diverged,
-      course.inverted);
+      BulletBody::version(), kFramesOfAnApproach, settling, pushes, counts.pushes, counts.diverged,
+      counts.inverted);
 }
 
 std::int64_t seed_of(std::string_view text) {
@@ -223,8 +224,7 @@ std::int64_t seed_of(std::string_view text) {
 
 void study(const std::filesystem::path& scene, const std::filesystem::path& out, std::int64_t seed) {
   check_can_finish(out);
-  // The effort of the whole report.
-  const ReportEffort effort;
+  const ReportEffort effort;  // of the whole report, whose pushes are taken
   const Organ organ(with_at_most_sites(read_scene(scene), effort.scene_sites));
   if (!organ.rest.is_mesh())
     throw std::runtime_error(scene.string() + ": under [gravity], which Bullet is not compared at");
@@ -244,15 +244,15 @@ void study(const std::filesystem::path& scene, const std::filesystem::path& out,
 
   std::vector<BulletRow> rows;
   size_t pushes = 0;
-  for (const auto* some : {&levels, &levels_of_several}) {
-    for (const LevelTruths& level : *some) pushes += level.truths.size();
+  for (const auto* level_list : {&levels, &levels_of_several}) {
+    for (const LevelTruths& level : *level_list) pushes += level.truths.size();
   }
-  Course course;
+  RunCounts counts;
   {
     ProgressBar bar("Bullet", static_cast<int>(pushes));
     int done = 0;
     const auto add = [&](const LevelTruths& level, int of_contacts) {
-      for (BulletRow& row : rows_of(organ, level, of_contacts, course, [&] { bar.show(done++); }))
+      for (BulletRow& row : rows_of(organ, level, of_contacts, counts, [&] { bar.show(done++); }))
         rows.push_back(std::move(row));
     };
     for (const LevelTruths& level : levels) add(level, 1);
@@ -262,7 +262,7 @@ void study(const std::filesystem::path& scene, const std::filesystem::path& out,
   std::string which = fmt::format("the first {} pushes of each |d| (seed {})", pushes_of(organ.model), seed);
   if (!levels_of_several.empty())
     which += fmt::format(" and the first {} of {} contacts", kPushesOfSeveral, contacts);
-  fmt::print("{}\n", summary(course, which));
+  fmt::print("{}\n", summary(counts, which));
 }
 
 }  // namespace

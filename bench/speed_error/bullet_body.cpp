@@ -80,7 +80,7 @@ struct BulletBody::World {
   std::unique_ptr<btSoftBody> body;
   std::vector<int> held;
   std::vector<Eigen::Vector3d> rest;  // in Bullet's single precision
-  double force_unit = 1;              // Bullet's unit of force, in the model's
+  double force_unit = 1;              // Bullet's unit of force, in the model's force unit
 
   ~World() {
     if (body) world.removeSoftBody(body.get());
@@ -136,7 +136,7 @@ BulletBody::BulletBody(const Model& model, const std::vector<char>& held, double
   w.body->m_tetraScratches.resize(w.body->m_tetras.size(), at_rest);
   w.body->m_tetraScratchesTn.resize(w.body->m_tetras.size(), at_rest);
   // A Bullet body has a single law, linear in the moduli and in an element's measure. A stiffer material gets
-  // a larger measure instead.
+  // a larger measure.
   for (size_t i = 0; i < model.elements.size(); ++i) {
     const Material& material = model.materials[static_cast<size_t>(model.elements[i].material)];
     const SmallStrainModuli moduli = small_strain_moduli(material.law);
@@ -163,7 +163,7 @@ BulletBody::BulletBody(const Model& model, const std::vector<char>& held, double
   w.world.addForce(w.body.get(), w.law.get());
   w.world.setImplicit(true);
   w.world.setLineSearch(false);
-  w.world.setUseProjection(true);  // of held nodes; Bullet's implicit step needs it
+  w.world.setUseProjection(true);  // of held nodes; Bullet's implicit step needs the projection
 }
 
 BulletBody::~BulletBody() = default;

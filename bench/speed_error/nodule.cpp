@@ -1,10 +1,10 @@
-// Can a tool feel a nodule? A tool swipes over the brain's stiff inclusion at constant depth. The study compares
-// its force by the full model and each response model, with the inclusion and with tissue in its place.
+// Can a tool feel a nodule? A tool swipes over the brain's stiff inclusion at constant depth. The study
+// compares the forces of the full model and of each response model, with and without the inclusion.
 //
-//   palpate_study_nodule SCENE.toml DIR     writes DIR/nodule.md, DIR/nodule.csv, DIR/nodule_path.csv and DIR/nodule.svg
+//   palpate_study_nodule SCENE.toml DIR     writes DIR/nodule.md, nodule.csv, nodule_path.csv and nodule.svg
 //
-// Between sites the reference is the blend of the full solves at the triangle's corners. Contrast is a
-// model's largest relative excess, along the path, of the force with the inclusion over the force without.
+// Between sites the reference is the blend of the full solves at the triangle's corners. Contrast is
+// the largest relative excess of a model's force with the inclusion over the force without, along the path.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -29,7 +29,7 @@ namespace {
 
 constexpr double kStep = 0.1;    // mm
 constexpr double kReach = 20;    // mm to each side of the middle
-constexpr double kBeside = 1.6;  // h; sites nearer to the path are packed
+constexpr double kBeside = 1.6;  // h; sites within this distance of the path are packed
 constexpr double kDepth = 0.6;   // h
 constexpr int kRings = 2;
 
@@ -43,7 +43,7 @@ struct Swipe {
   Eigen::Vector3d push;  // mm
 };
 
-// Over the PROBE node above the inclusion.
+// Returns the swipe over the site nearest to the inclusion.
 Swipe swipe_over(const Model& model, const ContactSites& sites) {
   Eigen::Vector3d inclusion = Eigen::Vector3d::Zero();
   const std::vector<int>& stiff = model.element_sets.at("INCLUSION");
@@ -84,7 +84,7 @@ class Body {
 
   const ContactSites& sites() const { return sites_; }
 
-  // Packs with all models, and without polynomials.
+  // Returns two packs: with all models, and without polynomials.
   std::array<AlignedBytes, 2> packs() const {
     const LinearDd linear = compute_linear_dd(*assembly_, sites_);
     SamplingPlan plan;
@@ -100,7 +100,7 @@ class Body {
     return {write_pack(content), write_pack(without)};
   }
 
-  // Along the push, for each site: force unit.
+  // Returns for each site the force of the full model along the push: force unit.
   std::vector<double> true_forces(const Eigen::Vector3d& push) const {
     std::vector<std::vector<LinearContact>> sets;
     for (size_t site = 0; site < sites_.sites.size(); ++site) sets.push_back({{site, push}});
@@ -124,7 +124,7 @@ struct Curve {
   std::vector<double> forces;  // mN, along the push, at each step of the path
 };
 
-// The reference and each model along the path; `places` is in mm along the path.
+// Returns the curves of the full model and of each response model. `places` gets the steps of the path, mm.
 std::vector<Curve> swipe_body(const Body& body, const Swipe& swipe, std::vector<double>& places) {
   const std::array<AlignedBytes, 2> bytes = body.packs();
   std::array<Pack, 2> packs;
@@ -146,12 +146,12 @@ std::vector<Curve> swipe_body(const Body& body, const Swipe& swipe, std::vector<
     for (size_t corner = 0; corner < 3; ++corner) force += point.weights[corner] * truth[point.sites[corner]];
     curves.front().forces.push_back(force);
   }
-  struct Answer {
+  struct ModelCase {
     const char* name;
     const Pack& pack;
     pal_model model;
   };
-  for (const auto& [name, pack, model] : {Answer{"linear_dd", packs[0], PAL_MODEL_LINEAR},
+  for (const auto& [name, pack, model] : {ModelCase{"linear_dd", packs[0], PAL_MODEL_LINEAR},
                                           {"polynomial_dd", packs[0], PAL_MODEL_POLYNOMIAL},
                                           {"nonlinear_zone", packs[0], PAL_MODEL_ZONE},
                                           {"nonlinear_zone without polynomials", packs[1], PAL_MODEL_ZONE}}) {
@@ -177,7 +177,7 @@ std::vector<Curve> swipe_body(const Body& body, const Swipe& swipe, std::vector<
   return curves;
 }
 
-// The largest relative excess of a curve over another, and its place.
+// Returns the largest relative excess of a curve over another, and its index along the path.
 std::pair<double, size_t> contrast(const Curve& with, const Curve& without) {
   std::pair<double, size_t> most = {-1, 0};
   for (size_t i = 0; i < with.forces.size(); ++i)
@@ -185,6 +185,7 @@ std::pair<double, size_t> contrast(const Curve& with, const Curve& without) {
   return most;
 }
 
+// Returns the largest change of the force from step to step, over the peak force.
 double largest_jump(const Curve& curve) {
   double largest = 0;
   for (size_t i = 1; i < curve.forces.size(); ++i)
@@ -245,15 +246,15 @@ void study_swipe(const std::filesystem::path& scene, const std::filesystem::path
                            "largest jump in 0.1 mm % of the peak"});
   study::StudyTable path("nodule_path", "", {"mm", "model", "force with mN", "force without mN"});
   for (size_t c = 0; c < with.size(); ++c) {
-    const double here = contrast(with[c], without[c]).first;
+    const double model_contrast = contrast(with[c], without[c]).first;
     double worst = 0;
     for (size_t i = 0; i < places.size(); ++i) {
       worst = std::max(worst, std::abs(with[c].forces[i] / with.front().forces[i] - 1));
       path.add({fmt::format("{:.1f}", places[i]), with[c].name, fmt::format("{:.9g}", with[c].forces[i]),
                 fmt::format("{:.9g}", without[c].forces[i])});
     }
-    table.add({with[c].name, fmt::format("{:.3g}", 100 * here),
-               fmt::format("{:.4g}", 100 * here / true_contrast),
+    table.add({with[c].name, fmt::format("{:.3g}", 100 * model_contrast),
+               fmt::format("{:.4g}", 100 * model_contrast / true_contrast),
                c == 0 ? "the truth" : fmt::format("{:.3g}", 100 * worst),
                fmt::format("{:.3g}", 100 * largest_jump(with[c]))});
   }

@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// Sets `include_root` of read_inp() to the root of the file system when the option is given.
+// Adds the option, which sets `include_root` of read_inp() to the root of the file system.
 inline void add_allow_outside_option(CLI::App& command, std::filesystem::path& include_root) {
   command.add_flag_callback(
       "--allow-outside", [&include_root] { include_root = "/"; },

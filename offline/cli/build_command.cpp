@@ -24,7 +24,7 @@ namespace palpate {
 namespace {
 
 struct BuildArguments {
-  std::filesystem::path include_root;  // of read_inp()
+  std::filesystem::path include_root;  // argument of read_inp()
   std::filesystem::path scene;
   std::filesystem::path pack;
   std::filesystem::path samples;
@@ -34,8 +34,7 @@ struct BuildArguments {
   bool json = false;
 };
 
-// Returns the folder for solved samples; empty where none are kept. A device or a pipe has no place beside it
-// for a folder.
+// Returns the folder for solved samples: --samples, or PACK.samples; empty for a pack on a device or a pipe.
 std::filesystem::path sample_folder(const BuildArguments& arguments) {
   if (!arguments.samples.empty()) {
     if (arguments.samples.lexically_normal() == arguments.pack.lexically_normal())
@@ -62,7 +61,7 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   inputs.insert(inputs.end(), model.files.begin(), model.files.end());
   check_keeps_inputs(arguments.pack, inputs);
   if (ranks.is_first()) check_can_finish(arguments.pack);
-  // Hash the inputs now: an editor may change them during the build.
+  // Hashes the inputs now, because an editor may change the files during the build.
   std::vector<InputFile> input_files = read_inputs(inputs);
   if (ranks.is_first()) {
     for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
@@ -98,7 +97,7 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   const std::unique_ptr<PackBuild> build = build_pack(
       {assembly, scene, sites, rest, plan, store ? &*store : nullptr}, std::move(input_files), &ranks);
   if (build == nullptr) return 0;
-  const OpenedPack opened(*build->bytes);  // the runtime must accept the pack before it is written
+  const OpenedPack opened(*build->bytes);  // throws where the runtime does not accept the pack
   write_finished_bytes(arguments.pack, build->bytes->bytes());
   const double seconds = seconds_since(start);
   constexpr int kTimedFrames = 2000;

@@ -23,9 +23,9 @@ struct Totals {
   int shortened = 0;                     // sites with a smaller domain
   std::array<int, 6> shortened_by = {};  // by PushOutcome
   int off_target = 0;                    // sites whose fit misses the target on held-out samples
-  double worst_held_out = 0;
+  double worst_held_out = 0;             // largest displacement error of a site on held-out samples, over |d|
   double worst_held_out_force = 0;
-  size_t worst_site = 0;  // the site with the smallest domain or the worst fit
+  size_t worst_site = 0;  // site with the largest held-out error
 };
 
 Totals totals_of(const BuildResult& result) {
@@ -49,7 +49,7 @@ Totals totals_of(const BuildResult& result) {
   return totals;
 }
 
-// Returns the surveys of the models for one contact: polynomial_dd and affine_site where present, else the last model.
+// Returns the surveys of polynomial_dd and affine_site, or the last survey where the build has neither model.
 std::vector<const SurveyTable*> best_surveys(const BuildResult& result) {
   std::vector<const SurveyTable*> best;
   for (const ModelSurvey& survey : result.content.surveys) {
@@ -60,7 +60,7 @@ std::vector<const SurveyTable*> best_surveys(const BuildResult& result) {
   return best;
 }
 
-// Whether each bin has measured errors of at least one model. Few sites may leave a model's bin empty.
+// Whether each range of |d| (bin) has measured errors of at least one model. Few sites leave some bins empty.
 bool is_measured(const BuildResult& result) {
   if (result.content.surveys.empty()) return false;
   const auto surveys = best_surveys(result);
@@ -72,7 +72,7 @@ bool is_measured(const BuildResult& result) {
   return true;
 }
 
-// Returns the survey whose overall error is largest.
+// Returns the overall errors of the survey with the largest overall p95 of the displacement error.
 const SurveyBin& worst_overall(const BuildResult& result) {
   const auto surveys = best_surveys(result);
   return (*std::max_element(surveys.begin(), surveys.end(),
@@ -98,10 +98,11 @@ std::string sets_off_target(const BuildResult& result) {
   const SetSurvey* zone = sets_of(result, SurveyedModel::nonlinear_zone);
   std::string kinds;
   if (zone == nullptr) return kinds;
-  for (const SetKindErrors& of_kind : zone->kinds) {
-    const double p95 = of_kind.displacement.p95;
+  for (const SetKindErrors& kind_errors : zone->kinds) {
+    const double p95 = kind_errors.displacement.p95;
     if (p95 <= result.content.scene.accuracy_target) continue;
-    kinds += fmt::format("{}{} ({:.3g} %)", kinds.empty() ? "" : ", ", words_for(of_kind.kind), 100 * p95);
+    kinds +=
+        fmt::format("{}{} ({:.3g} %)", kinds.empty() ? "" : ", ", words_for(kind_errors.kind), 100 * p95);
   }
   return kinds;
 }

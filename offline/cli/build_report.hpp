@@ -11,7 +11,7 @@
 namespace palpate {
 
 struct BuildResult {
-  const PackContent& content;  // includes its surveys
+  const PackContent& content;  // the written content, with the surveys
   const std::vector<SiteResult>& sites;
   const SamplingPlan& plan;
   const OpenedPack& opened;
@@ -20,12 +20,11 @@ struct BuildResult {
   SolveCounts counts;             // sum over all processes
   int processes = 1;
   double seconds = 0;
-  double sampling_seconds = 0;  // part of the total: solves and fits of the sites
+  double sampling_seconds = 0;  // part of `seconds`: solves and fits of the sites
   SceneTiming scene_frame;
-  // median time of several contacts at new places between sites; 0: not applicable
-  double new_places_us = 0;
+  double new_places_us = 0;  // median frame of contacts at new places between sites; 0: not applicable
 
-  double frame_us() const { return scene_frame.frame.at(0.5) / 1000; }  // median
+  double frame_us() const { return scene_frame.frame.at(0.5) / 1000; }  // median, us
 };
 
 void print_json(const BuildResult& result);

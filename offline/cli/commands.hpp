@@ -1,5 +1,5 @@
-// The commands of the program. Each command adds itself to the command line. The chosen command runs and
-// leaves its exit code:
+// The commands of the program. Each function adds a command to the command line. The chosen command runs and
+// sets `exit_code`:
 //   0  done
 //   1  the input cannot be used
 //   2  the computation did not converge

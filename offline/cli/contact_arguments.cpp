@@ -16,14 +16,14 @@
 namespace palpate {
 namespace {
 
-// Reads numbers from the front of an argument. Each call returns whether the text matched.
+// Reads an argument from front to back. Each take() returns whether the text matched.
 class ArgumentReader {
  public:
   explicit ArgumentReader(const std::string& text) : place_(text.data()), end_(text.data() + text.size()) {}
   bool take(char wanted) {
-    const bool there = place_ != end_ && *place_ == wanted;
-    place_ += there ? 1 : 0;
-    return there;
+    const bool matches = place_ != end_ && *place_ == wanted;
+    place_ += matches ? 1 : 0;
+    return matches;
   }
   bool take(int& number) { return advance(std::from_chars(place_, end_, number)); }
   bool take(double& number) {
@@ -41,13 +41,13 @@ class ArgumentReader {
   const char* end_;
 };
 
-// Reads "1,2.5,-3".
+// Reads three coordinates: "1,2.5,-3".
 bool take_point(ArgumentReader& reader, Eigen::Vector3d& point) {
   return reader.take(point[0]) && reader.take(',') && reader.take(point[1]) && reader.take(',') &&
          reader.take(point[2]);
 }
 
-// Parses "0,0,-9810".
+// Parses --gravity: "0,0,-9810".
 Eigen::Vector3d parse_gravity(const std::string& text) {
   Eigen::Vector3d acceleration;
   ArgumentReader reader(text);
@@ -56,7 +56,7 @@ Eigen::Vector3d parse_gravity(const std::string& text) {
   return acceleration;
 }
 
-// Parses "10,0,4,5,3": centre, radius, stiffness factor; model units.
+// Parses --inclusion, "10,0,4,5,3": centre, radius, stiffness factor; model units.
 pal_inclusion parse_inclusion(const std::string& text) {
   pal_inclusion inclusion = {};
   Eigen::Vector3d centre;
@@ -72,7 +72,7 @@ pal_inclusion parse_inclusion(const std::string& text) {
   return inclusion;
 }
 
-// Parses "0,0,20" in degrees; returns the rotation vector in radians.
+// Parses --turn, "0,0,20" in degrees. Returns the rotation vector in radians.
 Eigen::Vector3d parse_turn(const std::string& text) {
   Eigen::Vector3d degrees;
   ArgumentReader reader(text);
@@ -88,7 +88,7 @@ Eigen::Vector3d parse_turn(const std::string& text) {
   return degrees * (std::numbers::pi / 180);
 }
 
-// Reads "0,0,-5", a displacement; or "0,0,f-300", which prescribes the force along z.
+// Reads a displacement, "0,0,-5", or with a prescribed force along z, "0,0,f-300".
 bool take_push(ArgumentReader& reader, pal_contact& contact) {
   for (unsigned axis = 0; axis < 3; ++axis) {
     if (axis > 0 && !reader.take(',')) return false;
@@ -105,7 +105,7 @@ Eigen::Vector3d position_of_site(const OpenedPack& opened, std::uint32_t site) {
   return Eigen::Vector3d(opened.pack().geometry().rest_positions + size_t{3} * node);
 }
 
-// Parses "7=0,0,-5".
+// Adds the contact of --contact, "7=0,0,-5", in model units.
 void add_site_contact(const OpenedPack& opened, const std::string& text, ContactAnswer& answer) {
   int label = 0;
   pal_contact contact = {};
@@ -127,7 +127,7 @@ void add_site_contact(const OpenedPack& opened, const std::string& text, Contact
   answer.contacts.push_back(contact);
 }
 
-// Parses "10,20,30=0,0,-5".
+// Adds the contact of --at, "10,20,30=0,0,-5", in model units.
 void add_point_contact(const OpenedPack& opened, const std::string& text, ContactAnswer& answer) {
   Eigen::Vector3d asked;
   pal_contact push = {};
@@ -250,7 +250,7 @@ void mark_fixed(const OpenedPack& opened, const std::vector<std::uint32_t>& fixe
 
 ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& arguments) {
   ContactAnswer answer;
-  // The runtime has the same bound: pal_session_config::max_contacts.
+  // pal_session_config::max_contacts has the same bound.
   if (arguments.contacts.size() + arguments.points.size() > pack::kMostContacts) {
     throw std::runtime_error(fmt::format("{} contacts are given; the runtime holds at most {}",
                                          arguments.contacts.size() + arguments.points.size(),
@@ -292,7 +292,7 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
         "[models] "
         "linear = true");
   }
-  const bool is_for_zones =
+  const bool fits_zones =
       count <= pack::kMostZoneContacts && fixed.size() <= pack::kMostZoneFixed && arguments.gravity.empty();
   if (info.has_polynomial == 0 && is_polynomial)
     throw std::runtime_error("this pack has no polynomial model; build it with [models] polynomial = true");
@@ -303,13 +303,13 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
         fmt::format("--rings {}: the zones of this pack have {}; build it with [models] zone_rings = {}",
                     arguments.zone_rings, info.zone_rings, arguments.zone_rings));
   }
-  if (model == PAL_MODEL_ZONE && !is_for_zones) {
+  if (model == PAL_MODEL_ZONE && !fits_zones) {
     throw std::runtime_error(
         "--model zone answers up to 8 contacts and 32 --fix, and no --gravity; use auto or linear");
   }
   // Only nonlinear_zone implements these options.
   const auto require_zones = [&](const char* option) {
-    if (info.zone_rings > 0 && (model == PAL_MODEL_AUTO || model == PAL_MODEL_ZONE) && is_for_zones) return;
+    if (info.zone_rings > 0 && (model == PAL_MODEL_AUTO || model == PAL_MODEL_ZONE) && fits_zones) return;
     throw std::runtime_error(
         fmt::format("{} needs zones: a pack with [models] zone = true, --model auto or "
                     "zone, up to 8 contacts and 32 --fix, and no --gravity",
@@ -349,11 +349,11 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
         answer.contacts[c].displacement[axis] = answer.results[c].displacement[axis];
     }
   }
-  // Outside of zones linear_dd is the fallback. linear_dd turns no patch and raises a flag.
-  const bool is_by_zones =
+  // Only zones turn patches. Where linear_dd answered instead, the results carry a flag and no torques.
+  const bool zones_answered =
       std::all_of(answer.results.begin(), answer.results.end(),
                   [](const pal_contact_result& result) { return result.model == PAL_MODEL_ZONE; });
-  for (std::uint32_t c = 0; c < count && !rotations.empty() && is_by_zones; ++c)
+  for (std::uint32_t c = 0; c < count && !rotations.empty() && zones_answered; ++c)
     answer.torques.push_back(session.torque(c));
   answer.field = session.visual_frame();
   return answer;

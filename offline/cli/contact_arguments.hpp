@@ -28,14 +28,14 @@ struct ContactArguments {
 // Adds --contact, --at, --turn, --fix, --gravity, --inclusion, --model and --rings.
 void add_contact_options(CLI::App& command, ContactArguments& arguments);
 
-// The place of a contact.
+// The place of a contact on the surface.
 struct TouchedPlace {
   std::string name;  // the label of a site, or "x,y,z"
   bool is_site = true;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // at rest, length unit
   double distance = 0;                                 // from the requested point to the surface, length unit
-  std::vector<std::pair<int, double>> corners;  // labels of the sites of the response, with their weights
-  bool holds_fixed_node = false;                // --fix holds a node of the patch
+  std::vector<std::pair<int, double>> corners;  // labels and weights of the sites whose responses are blended
+  bool holds_fixed_node = false;                // --fix holds a node of a corner's patch
   int label() const;                            // label of the corner with the largest weight
 };
 
@@ -45,10 +45,10 @@ struct ContactAnswer {
   std::vector<pal_contact> contacts;  // model units; given forces are resolved to displacements
   std::vector<pal_contact_result> results;
   std::vector<pal_contact_torque> torques;  // one for each contact; empty where no patch turns
-  Eigen::VectorXd field;                    // 3 packed nodes
+  Eigen::VectorXd field;                    // 3 packed nodes: displacement, length unit
 };
 
-// Throws std::runtime_error with the option and the remedy where an argument does not fit the pack.
+// Asks the runtime. Throws std::runtime_error with option and remedy where an argument does not fit the pack.
 ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& arguments);
 
 }  // namespace palpate

@@ -31,7 +31,7 @@ struct EvalArguments {
 struct Reference {
   std::vector<Eigen::Vector3d> forces;  // one for each contact: sum over its patch
   double largest_displacement = 0;
-  double displacement_error = 0;  // error of the runtime, defined as in the survey
+  double displacement_error = 0;  // of the runtime: max over packed nodes |u - u_FE| / largest |d|
 };
 
 // Calls `use` for each packed node of a site's patch.
@@ -43,6 +43,7 @@ void for_each_patch_node(const OpenedPack& opened, std::uint32_t site, const Use
     use(opened.segment(*sites.contact_nodes())[opened.segment(*sites.patch_nodes())[i]]);
 }
 
+// Reads the full solve of the same contacts from `file` and compares the runtime's field.
 Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const std::filesystem::path& file) {
   std::unordered_map<int, NodalRow> rows;
   for (const NodalRow& row : read_nodal_table(file)) rows.emplace(row.label, row);
@@ -62,23 +63,24 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
     }
   }
   const pal_geometry geometry = opened.pack().geometry();
-  // per packed node: the number of contacts whose patches contain the node
-  std::unordered_map<std::uint32_t, int> holders;
+  // number of contacts whose patches contain a packed node
+  std::unordered_map<std::uint32_t, int> contacts_at_node;
   for (const auto& contact : answer.contacts)
-    for_each_patch_node(opened, contact.site, [&](std::uint32_t packed) { ++holders[packed]; });
+    for_each_patch_node(opened, contact.site, [&](std::uint32_t packed) { ++contacts_at_node[packed]; });
   Reference reference;
-  double push = 0;
+  double largest_push = 0;
   for (size_t c = 0; c < answer.contacts.size(); ++c) {
     const Eigen::Vector3d d(answer.contacts[c].displacement);
-    const auto from_mesh = [&](std::uint32_t node) -> Eigen::Vector3d {
+    // Table rows are relative to the mesh, d is relative to rest under gravity.
+    const auto displacement_from_mesh = [&](std::uint32_t node) -> Eigen::Vector3d {
       const Eigen::Map<const Eigen::Vector3d> rest(geometry.rest_positions + size_t{3} * node);
       return d + rest - Eigen::Map<const Eigen::Vector3d>(geometry.positions + size_t{3} * node);
     };
-    push = std::max(push, d.norm());
+    largest_push = std::max(largest_push, d.norm());
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
     for_each_patch_node(opened, answer.contacts[c].site, [&](std::uint32_t packed) {
       const NodalRow& row = row_of(geometry.labels[packed]);
-      const Eigen::Vector3d expected = from_mesh(packed);
+      const Eigen::Vector3d expected = displacement_from_mesh(packed);
       if ((row.displacement - expected).norm() > 1e-6 * expected.norm()) {
         throw std::runtime_error(
             fmt::format("{}: node {} of the patch of contact {} has another displacement; give the solve of "
@@ -89,7 +91,7 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
         throw std::runtime_error(
             fmt::format("{}: node {} has no force; give a stepN.csv of `solve`", file.string(), row.label));
       }
-      force += *row.force / holders[packed];  // contacts share the force of a common node
+      force += *row.force / contacts_at_node[packed];  // contacts share the force of a common node
     });
     reference.forces.push_back(force);
   }
@@ -99,11 +101,11 @@ Reference compare(const OpenedPack& opened, const ContactAnswer& answer, const s
     reference.displacement_error =
         std::max(reference.displacement_error, (answer.field.segment<3>(3 * i) - row.displacement).norm());
   }
-  if (push > 0) reference.displacement_error /= push;
+  if (largest_push > 0) reference.displacement_error /= largest_push;
   return reference;
 }
 
-// Weights the pressures of the corner patches by the weights of their sites.
+// Returns the mean of the corner patches' pressures, with the weights of the corners.
 std::optional<double> mean_pressure(const OpenedPack& opened, const TouchedPlace& place,
                                     const double force[3]) {
   double sum = 0;
@@ -125,7 +127,7 @@ void add_point(const TouchedPlace& place, nlohmann::json& contact) {
     contact["corners"].push_back({{"node", label}, {"weight", weight}});
 }
 
-// In mean surface edges. A point farther from the surface gets a flag: the user may have meant another place.
+// In mean surface edges. A point farther from the surface gets a flag, as the user may mean another place.
 constexpr double kFarFromSurface = 0.1;
 
 bool is_far_from_surface(const OpenedPack& opened, const TouchedPlace& place) {
@@ -133,7 +135,7 @@ bool is_far_from_surface(const OpenedPack& opened, const TouchedPlace& place) {
          kFarFromSurface * opened.info().mean_surface_edge / opened.info().metres_per_length_unit;
 }
 
-// Returns the runtime's flags and the doubts about the user's question.
+// Returns the runtime's flags, and the flags of this command: off_surface and holds_fixed_node.
 std::vector<std::string> flags_of(const OpenedPack& opened, const ContactAnswer& answer, size_t c) {
   std::vector<std::string> flags = flag_names(answer.results[c].flags);
   if (is_far_from_surface(opened, answer.places[c])) flags.emplace_back("off_surface");

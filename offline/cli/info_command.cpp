@@ -55,7 +55,7 @@ size_t model_bytes(const pack::Pack& tables, pack::ResponseModel model) {
          polynomial.field()->bytes();
 }
 
-// Zero in packs of older builders without this table.
+// Returns the bytes of surface_bvh; 0 for a pack of an older builder, which has no such table.
 size_t surface_bytes(const pack::Pack& tables) {
   const pack::SurfaceBvh* surface = tables.surface_bvh();
   if (surface == nullptr) return 0;
@@ -69,7 +69,7 @@ std::span<const pack::PolynomialSite> polynomial_sites(const OpenedPack& opened)
                                : opened.segment<pack::PolynomialSite>(*polynomial->sites());
 }
 
-// Returns the least |d| on the boundary of the sampled domain.
+// Returns the least |d| on the boundary of the sampled domain, length unit.
 double sampled_reach(const pack::PolynomialSite& site) {
   return least_reach(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(site.to_unit));
 }
@@ -155,7 +155,7 @@ nlohmann::json sites_json(const OpenedPack& opened) {
   return list;
 }
 
-// Lists the first labels for --contact.
+// Lists the first labels that --contact takes.
 std::string site_labels(const OpenedPack& opened) {
   constexpr size_t kShown = 12;
   const size_t count = opened.info().num_sites;
@@ -166,7 +166,7 @@ std::string site_labels(const OpenedPack& opened) {
   return text;
 }
 
-// Null in a pack without gravity.
+// Returns null for a pack without gravity.
 nlohmann::json gravity_json(const OpenedPack& opened) {
   const pack::Gravity* gravity = opened.tables().gravity();
   if (gravity == nullptr) return nullptr;

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// Sets `jobs` to the number of cores unless the command line gives it. `note` ends the option's line of help.
+// Adds the option, with the number of cores as default. `note` ends the option's line of help.
 inline CLI::Option* add_jobs_option(CLI::App& command, int& jobs, const std::string& note = "") {
   jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   return command.add_option("--jobs", jobs, "Threads; default: one for each core" + note)

@@ -50,8 +50,8 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
   return name + ": " + reason + "; see '" + name + " --help'";
 }
 
-// Whether all printed text was written. A full disk shows only when the buffer is flushed.
-bool output_arrived() {
+// Flushes standard output, where a full disk shows first. Returns false, after a message, on failure.
+bool flush_output() {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
   std::fprintf(stderr, "standard output: cannot be written (%s)\n", std::strerror(errno));
   return false;
@@ -117,5 +117,5 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;
   }
-  return output_arrived() || exit_code != 0 ? exit_code : 1;
+  return flush_output() || exit_code != 0 ? exit_code : 1;
 }

@@ -17,15 +17,15 @@ std::optional<double> patch_pressure(const OpenedPack& opened, std::uint32_t sit
   Eigen::Vector3d outward = Eigen::Vector3d::Zero();
   for (std::uint32_t i = 0; i < geometry.num_triangles; ++i) {
     const std::uint32_t* corners = geometry.triangles + 3 * i;
-    const auto inside = std::count_if(corners, corners + 3, [&](std::uint32_t corner) {
+    const auto num_in_patch = std::count_if(corners, corners + 3, [&](std::uint32_t corner) {
       return std::find(patch.begin(), patch.end(), corner) != patch.end();
     });
-    if (inside == 0) continue;
-    const auto at = [&](int corner) {
+    if (num_in_patch == 0) continue;
+    const auto position = [&](int corner) {
       return Eigen::Map<const Eigen::Vector3d>(geometry.positions + size_t{3} * corners[corner]);
     };
-    const Eigen::Vector3d triangle = 0.5 * (at(1) - at(0)).cross(at(2) - at(0));
-    const double share = static_cast<double>(inside) / 3;
+    const Eigen::Vector3d triangle = 0.5 * (position(1) - position(0)).cross(position(2) - position(0));
+    const double share = static_cast<double>(num_in_patch) / 3;
     area += share * triangle.norm();
     outward += share * triangle;
   }

@@ -1,4 +1,4 @@
-// Collects path.csv of *STATIC, RIKS: the load factor along the path against the displacements of a few nodes.
+// Collects path.csv of *STATIC, RIKS: the load factor along the path, and the displacements of a few nodes.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +20,7 @@ class PathTable {
   // The table keeps a reference to `model`.
   PathTable(const Model& model, const ArcLengthControl& control);
 
-  // Takes the points in their order, the start first.
+  // Adds a point. The first point is the start of the path.
   void add(const PathPoint& point, const Eigen::VectorXd& displacement);
 
   // Writes CSV: increment,arc_length,load_factor,current_stiffness,negative_pivots,min_J, then
@@ -35,8 +35,8 @@ class PathTable {
   void add_row(const PathPoint& point, const Eigen::VectorXd& displacement);
 
   const Model* model_;
-  std::vector<int> nodes_;
-  PathPoint start_;  // keeps its displacement until the nodes are chosen
+  std::vector<int> nodes_;  // the watched nodes; empty until rule 3 applies
+  PathPoint start_;         // kept until the nodes are chosen
   Eigen::VectorXd start_displacement_;
   std::vector<Row> rows_;
 };

@@ -34,7 +34,7 @@ std::string bytes_of(const std::filesystem::path& file) {
 
 struct Replayed {
   std::uint64_t calls = 0;
-  pal_replay at = {};  // state after the last call, or at the first difference
+  pal_replay at = {};  // state after the last replayed call: the end, or the first difference
 };
 
 Replayed replay(const OpenedPack& opened, std::span<const char> recording, const std::string& name) {

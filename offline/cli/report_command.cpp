@@ -32,7 +32,7 @@ namespace palpate {
 namespace {
 
 struct ReportArguments {
-  std::filesystem::path include_root;  // of read_inp()
+  std::filesystem::path include_root;  // argument of read_inp()
   std::vector<std::filesystem::path> organs;
   std::filesystem::path folder;
   bool quick = false;
@@ -91,7 +91,7 @@ OrganReport report_on_pack(const std::filesystem::path& file, const ReportArgume
   return measure_organ(opened, organ, effort, arguments.seed, arguments.jobs, map);
 }
 
-// Packs the scene with a limited number of sites, then measures the pack. The limit bounds the report's time.
+// Packs the scene with at most effort.scene_sites sites, which bounds the time. Then measures the pack.
 OrganReport report_on_scene(const std::filesystem::path& file, const ReportArguments& arguments,
                             const ReportEffort& effort, const std::filesystem::path& map,
                             const std::string& name) {
@@ -116,7 +116,7 @@ OrganReport report_on_scene(const std::filesystem::path& file, const ReportArgum
   return report;
 }
 
-// Throws where an input lies among the results, which replace files.
+// Throws where an input lies in the folder of the results, which could replace the input.
 void check_inputs_lie_elsewhere(const ReportArguments& arguments) {
   for (const std::filesystem::path& input : arguments.organs) {
     std::error_code absent;

@@ -34,7 +34,7 @@ constexpr const char* kByArcLength = "arc-length";
 constexpr const char* kByStiffness = "current-stiffness";
 
 struct SolveArguments {
-  std::filesystem::path include_root;  // of read_inp()
+  std::filesystem::path include_root;  // argument of read_inp()
   std::filesystem::path model;
   std::filesystem::path folder;
   std::string solver = "cholesky";
@@ -42,7 +42,7 @@ struct SolveArguments {
   bool json = false;
 };
 
-// Marks the dofs that every step holds at zero. These dofs need no equation.
+// Marks the dofs that every step holds at zero, which need no equation: [num_dofs].
 std::vector<char> always_at_zero(const Model& model) {
   std::vector<char> eliminated(static_cast<size_t>(model.num_dofs()), 1);
   for (const Step& step : model.steps) {
@@ -73,7 +73,7 @@ void write_result(const std::filesystem::path& file, const Model& model, const E
   write_vtu(mesh, file);
 }
 
-// Peak memory of the process so far; 0 where the system does not report it.
+// Returns the peak memory of the process so far, bytes; 0 where the system does not report the peak.
 std::int64_t peak_memory_bytes() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
@@ -94,8 +94,7 @@ bool is_result_name(const std::string& name) {
   return name.find_first_not_of("0123456789", kFront.size()) == name.size() - kBack.size();
 }
 
-// Makes the folder and removes the results of an earlier solve. Old results must not stand beside new ones. Throws
-// where one of the inputs has the name and the folder of a result.
+// Makes the folder and removes the results of an earlier solve. Throws where an input would be removed.
 void prepare_folder(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& inputs) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
@@ -117,7 +116,7 @@ void prepare_folder(const std::filesystem::path& folder, const std::vector<std::
 struct StepResult {
   SolveReport report;
   std::optional<bool> stable;  // whether the tangent at the end is positive definite; empty: unknown
-  std::optional<std::vector<double>> limit_load_factors;  // along the path of RIKS; empty: no path
+  std::optional<std::vector<double>> limit_load_factors;  // of the limit points; empty: a step without RIKS
 };
 
 // Solves the steps in order. Holds the solvers and the current state.
@@ -130,7 +129,7 @@ class StepSolver {
         linear_solver_(arguments.solver == "cg" ? LinearSolver::conjugate_gradient : LinearSolver::cholesky),
         stepping_(arguments.stepping == kByStiffness ? Stepping::current_stiffness : Stepping::arc_length),
         solver_(assembly, linear_solver_),
-        from_(LoadCase::rest(model)),
+        reached_load_(LoadCase::rest(model)),
         displacement_(Eigen::VectorXd::Zero(model.num_dofs())) {}
 
   StepResult solve(const Step& step, const std::function<void(const IterationRecord&)>& progress) {
@@ -158,29 +157,29 @@ class StepSolver {
     settings.keep_to_path = true;
     StepResult result;
     result.report = solver_.follow(
-        from_, [&](double time) { return loads.at(time); }, displacement_, settings, progress);
-    from_ = loads.at(1.0);
+        reached_load_, [&](double time) { return loads.at(time); }, displacement_, settings, progress);
+    reached_load_ = loads.at(1.0);
     // The Cholesky factor decides stability; conjugate gradients cannot. With pressures the factor covers
     // only the symmetric part of the tangent. A positive definite symmetric part proves stability; an
-    // indefinite one proves nothing.
+    // indefinite part proves nothing.
     if (result.report.converged && linear_solver_ == LinearSolver::cholesky) {
-      const bool positive_definite = solver_.factorize_at(from_, displacement_, false);
-      if (positive_definite || from_.pressures.empty()) result.stable = positive_definite;
+      const bool positive_definite = solver_.factorize_at(reached_load_, displacement_, false);
+      if (positive_definite || reached_load_.pressures.empty()) result.stable = positive_definite;
     }
     return result;
   }
 
   StepResult follow_path(const Step& step, const std::function<void(const IterationRecord&)>& progress) {
     const LoadCase to = StepLoads(model_, step).at(1.0);
-    if (to.held == from_.held && to.displacement == from_.displacement && to.force == from_.force &&
-        to.pressures == from_.pressures) {
+    if (to.held == reached_load_.held && to.displacement == reached_load_.displacement &&
+        to.force == reached_load_.force && to.pressures == reached_load_.pressures) {
       throw InputError(
           step.source,
           "*STATIC, RIKS has no path to follow: its step changes no load and moves nothing; give it "
           "a load other than 0");
     }
     if (stepping_ == Stepping::current_stiffness &&
-        (to.held != from_.held || to.displacement != from_.displacement)) {
+        (to.held != reached_load_.held || to.displacement != reached_load_.displacement)) {
       throw InputError(
           step.source,
           "--stepping current-stiffness is for steps that change loads alone, and this one moves "
@@ -202,7 +201,7 @@ class StepSolver {
     ArcLength solver(assembly_);
     StepResult result;
     result.report = solver.follow(
-        from_, to, displacement_, settings,
+        reached_load_, to, displacement_, settings,
         [&](const PathPoint& point, const Eigen::VectorXd& displacement) {
           path.add(point, displacement);
           points.push_back(point);
@@ -222,9 +221,9 @@ class StepSolver {
   LinearSolver linear_solver_;
   Stepping stepping_;
   StaticSolver solver_;
-  SolveSeconds path_seconds_;  // seconds of the step with RIKS
-  LoadCase from_;
-  Eigen::VectorXd displacement_;
+  SolveSeconds path_seconds_;     // seconds of the step with RIKS
+  LoadCase reached_load_;         // load at the end of the last step
+  Eigen::VectorXd displacement_;  // num_dofs
 };
 
 nlohmann::json summary_of(const StepResult& result, double seconds, const Model& model) {

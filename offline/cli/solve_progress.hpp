@@ -7,16 +7,16 @@
 
 namespace palpate {
 
-// Shows thousandths of the time of the step. A path has no time: INC bounds its progress. Within an increment the
-// digits of the residual count.
+// Shows the progress of a step in thousandths of its time, or of INC for a path (RIKS), which has no time.
+// Within an increment, progress is log(residual) / log(residual_tolerance).
 class SolveProgress {
  public:
-  // `number`: of the step, from 1.
+  // `number` counts the steps from 1.
   SolveProgress(const Step& step, size_t number);
   void show(const IterationRecord& record);
 
  private:
-  int most_increments_;  // of a path; 0: the step has time
+  int most_increments_;  // INC of a path; 0: the step has time
   ProgressBar bar_;
   double reached_ = 0;  // time of the last converged increment
   IterationRecord last_;

@@ -100,7 +100,7 @@ void print_validated(const std::vector<SurveyValidation>& models) {
   }
 }
 
-// Moves to at most `paths` of the truths, evenly chosen.
+// Measures errors in motion from rest to at most `paths` truths, evenly chosen among `all`.
 std::vector<MotionErrors> validate_motions(const OpenedPack& opened, const std::vector<ContactTruth>& all,
                                            int paths, int jobs) {
   constexpr double kSpeeds[] = {0.02, 0.05, 0.1, 0.2};  // m/s
@@ -138,7 +138,7 @@ int run_validate(const ValidateArguments& arguments) {
   const auto unsolved =
       std::count_if(samples.begin(), samples.end(), [](const SurveySample& one) { return !one.solved; });
 
-  // Surveys of builders have smaller seeds.
+  // The seed below has the highest bit set, which no survey of a builder has.
   constexpr int kSets = 48;
   SolvedSets sets;
   const std::vector<ModelErrors> claims = surveys_of(opened.tables());

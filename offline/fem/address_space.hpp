@@ -5,9 +5,9 @@
 
 namespace palpate {
 
-// OpenBLAS maps a buffer of 128 MiB for each of its threads at load time. Without room its threads retry for
-// ever, and the end of the process waits for them. Returns one line with the shortage and the remedy, or "".
-// After a shortage leave by std::_Exit.
+// Returns one line with the shortage and the remedy, or "". OpenBLAS maps a buffer of 128 MiB for each of its
+// threads at load time. Without room the threads retry for ever, and the end of the process waits for them:
+// after a shortage, leave by std::_Exit.
 std::string address_space_shortage();
 
 }  // namespace palpate

@@ -11,32 +11,30 @@
 namespace palpate {
 namespace {
 
-// Least cosine between the tangents of one increment. Beyond 60 degrees the orientation by the last increment
-// may mistake a sharp turn for another branch.
-constexpr double kSharpestTurn = 0.5;
+// Least cosine between the tangents at both ends of an increment: a sharper turn may be another branch.
+constexpr double kMinTangentCosine = 0.5;
 // The next increment keeps its length after this number of iterations.
 constexpr double kUsualIterations = 5;
-constexpr double kMostGrowth = 1.5;  // ratio of successive increments
-constexpr int kMaxHalvings = 4;      // limit for a step that inverts an element
-// Accepted residual of a refined solve, relative to |K| |x| + |b|. A larger residual shows an accidentally small pivot.
+constexpr double kMostGrowth = 1.5;  // largest ratio of successive increments
+constexpr int kMaxHalvings = 4;      // of a Newton step that inverts an element
+// Accepted residual of a refined solve, relative to |K| |x| + |b|. A small pivot leaves a larger residual.
 constexpr double kSolveAccuracy = 1e-12;
-constexpr int kCorrections = 4;
+constexpr int kCorrections = 4;  // of iterative refinement
 
-// A point of the path, or a direction along the path.
-struct Loaded {
+// A vector x = (u, l) of displacements and load factor: a point of the path, or a direction.
+struct PathVector {
   Eigen::VectorXd displacement;
   double load_factor = 0;
 };
 
-Loaded along(const Loaded& from, double step, const Loaded& way) {
-  return {from.displacement + step * way.displacement, from.load_factor + step * way.load_factor};
+PathVector add_scaled(const PathVector& x, double scale, const PathVector& y) {
+  return {x.displacement + scale * y.displacement, x.load_factor + scale * y.load_factor};
 }
 
-// Returns the length of the next increment from `point` with its unit tangent. The last increment, of length
-// `last`, came from `before` and took `iterations`. `first_load`: dl of the first increment. Negative where
-// Bergan's sign opposes the tangent.
+// Returns the length of the increment from `point`; negative if Bergan's sign opposes `tangent`. The last
+// increment began at `before`, had length `last` and took `iterations`. `first_load` is the first dl.
 double next_length(const ArcLengthSettings& settings, const PathPoint& before, const PathPoint& point,
-                   const Loaded& tangent, double first_load, double last, int iterations) {
+                   const PathVector& tangent, double first_load, double last, int iterations) {
   double length = last * std::clamp(std::sqrt(kUsualIterations / std::max(1, iterations)), 0.5, kMostGrowth);
   if (settings.stepping == Stepping::current_stiffness) {
     const double longest = kMostGrowth * last;
@@ -47,18 +45,19 @@ double next_length(const ArcLengthSettings& settings, const PathPoint& before, c
   return std::min(length, settings.largest_increment);
 }
 
-// The points x with normal . x = value.
+// The points x with normal . x = value. `distance` has a sign and the factor |normal|.
 struct Plane {
-  Loaded normal;
+  PathVector normal;
   double value = 0;
 
-  double distance(const Loaded& point) const {
+  double distance(const PathVector& point) const {
     return normal.displacement.dot(point.displacement) + normal.load_factor * point.load_factor - value;
   }
 };
 
 }  // namespace
 
+// One call of follow(): the loads of the step, the force scale and the stiffness at the last point.
 class ArcLength::Path {
  public:
   Path(ArcLength& owner, const LoadCase& from, const LoadCase& to, const Eigen::VectorXd& displacement,
@@ -86,9 +85,8 @@ class ArcLength::Path {
 
   bool has_end() const { return settings_.end_load_factor || settings_.end_displacement; }
 
-  // Computes the unit tangent on the side of `way` and fills the data of the point. False where K is singular
-  // to rounding.
-  bool find_tangent(const Loaded& at, const Loaded& way, Loaded& tangent, PathPoint& point) {
+  // Computes the unit tangent on the side of `side_of`, and S and pivots of `point`. False if K is singular.
+  bool find_tangent(const PathVector& at, const PathVector& side_of, PathVector& tangent, PathPoint& point) {
     const LoadCase load = loads_.at(at.load_factor);
     if (!factorize(load, at.displacement)) return false;
     tangent.load_factor = 1;
@@ -101,46 +99,48 @@ class ArcLength::Path {
     }
     point.current_stiffness = first_flexibility_ / flexibility(load, at.displacement, v);
     point.negative_pivots = owner_.cholesky_.num_negative_pivots();
-    const double side = product(tangent, way) < 0 ? -1 : 1;
-    tangent =
-        along({Eigen::VectorXd::Zero(v.size()), 0}, side / std::sqrt(product(tangent, tangent)), tangent);
+    const double side = product(tangent, side_of) < 0 ? -1 : 1;
+    tangent = add_scaled({Eigen::VectorXd::Zero(v.size()), 0}, side / std::sqrt(product(tangent, tangent)),
+                         tangent);
     return true;
   }
 
-  double product(const Loaded& a, const Loaded& b) const {
+  // Returns the scalar product of the arc length: (dl_a dl_b + du_a . du_b / |v0|^2) / 2.
+  double product(const PathVector& a, const PathVector& b) const {
     return 0.5 * (a.load_factor * b.load_factor + weight_ * a.displacement.dot(b.displacement));
   }
 
-  Plane normal_to(const Loaded& tangent, const Loaded& through) const {
+  // Returns the plane through a point with the normal `tangent`, in the scalar product of the arc length.
+  Plane normal_to(const PathVector& tangent, const PathVector& through) const {
     Plane plane = {{0.5 * weight_ * tangent.displacement, 0.5 * tangent.load_factor}, 0};
     plane.value = plane.distance(through);
     return plane;
   }
 
   // Returns the end condition that the chord from a to b crosses first, if any.
-  std::optional<Plane> end_between(const Loaded& a, const Loaded& b) const {
+  std::optional<Plane> end_between(const PathVector& a, const PathVector& b) const {
     std::optional<Plane> first;
     double nearest = 1;
-    const auto look = [&](const Plane& plane) {
-      const double before = plane.distance(a);
-      const double behind = plane.distance(b);
-      if (before == 0 || (before < 0) == (behind < 0)) return;
-      const double fraction = before / (before - behind);
+    const auto consider = [&](const Plane& plane) {
+      const double distance_a = plane.distance(a);
+      const double distance_b = plane.distance(b);
+      if (distance_a == 0 || (distance_a < 0) == (distance_b < 0)) return;
+      const double fraction = distance_a / (distance_a - distance_b);
       if (first && fraction >= nearest) return;
       first = plane;
       nearest = fraction;
     };
-    const Eigen::VectorXd nothing = Eigen::VectorXd::Zero(a.displacement.size());
+    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(a.displacement.size());
     if (settings_.end_load_factor && a.load_factor < *settings_.end_load_factor)
-      look({{nothing, 1}, *settings_.end_load_factor});
+      consider({{zero, 1}, *settings_.end_load_factor});
     if (settings_.end_displacement)
-      look({{Eigen::VectorXd::Unit(nothing.size(), settings_.end_displacement->dof), 0},
-            settings_.end_displacement->value});
+      consider({{Eigen::VectorXd::Unit(zero.size(), settings_.end_displacement->dof), 0},
+                settings_.end_displacement->value});
     return first;
   }
 
-  // Newton's method in the plane, from a point of the plane. On failure `point` is undefined.
-  bool correct(const Plane& plane, int increment, Loaded& point, int& iterations) {
+  // Corrects `point` to an equilibrium in its plane by Newton's method. On failure `point` is undefined.
+  bool correct(const Plane& plane, int increment, PathVector& point, int& iterations) {
     const auto give_up = [&](StopCause cause) {
       report_.stopped = cause;
       return false;
@@ -149,8 +149,8 @@ class ArcLength::Path {
     Eigen::VectorXd internal;
     ElementState state;
     Eigen::VectorXd residual;
-    // Moves the held dofs of the trial to its load factor. False where an element is inverted.
-    const auto evaluate = [&](Loaded& trial) {
+    // Moves held dofs to the load factor of the trial and computes the residual. False if an element inverts.
+    const auto evaluate = [&](PathVector& trial) {
       load = loads_.at(trial.load_factor);
       for (int dof = 0; dof < assembly_.num_dofs(); ++dof) {
         if (load.held[static_cast<size_t>(dof)]) trial.displacement[dof] = load.displacement[dof];
@@ -168,11 +168,11 @@ class ArcLength::Path {
       return true;
     };
     if (!evaluate(point)) return give_up(StopCause::inverted);
-    double before = std::numeric_limits<double>::infinity();
+    double last_norm = std::numeric_limits<double>::infinity();
     for (iterations = 0;; ++iterations) {
       const double norm = residual.norm();
       if (!std::isfinite(norm)) return give_up(StopCause::not_finite);
-      const bool stalled = norm > kStall * before;
+      const bool stalled = norm > kStall * last_norm;
       const double rounding = kRoundings * assembly_.rounding_force(point.displacement);
       if (norm <= settings_.residual_tolerance * force_ || (stalled && norm <= rounding)) {
         report_.residual = force_ > 0 ? std::min(norm / force_, settings_.residual_tolerance) : 0;
@@ -181,17 +181,17 @@ class ArcLength::Path {
         return true;
       }
       if (iterations == settings_.max_iterations) return give_up(StopCause::iterations);
-      Loaded step;
+      PathVector step;
       if (!newton_step(plane, load, point, residual, step)) return give_up(StopCause::no_tangent);
       IterationRecord record = {increment, point.load_factor, iterations + 1, norm / force_, 1, 1, false};
-      Loaded trial = along(point, record.step, step);
+      PathVector trial = add_scaled(point, record.step, step);
       for (int halving = 0; !evaluate(trial); ++halving) {
         if (halving == kMaxHalvings) return give_up(StopCause::no_descent);
         record.step *= 0.5;
-        trial = along(point, record.step, step);
+        trial = add_scaled(point, record.step, step);
       }
       point = std::move(trial);
-      before = record.step == 1 ? norm : std::numeric_limits<double>::infinity();
+      last_norm = record.step == 1 ? norm : std::numeric_limits<double>::infinity();
       record.load_factor = point.load_factor;
       record.residual = residual.norm() / force_;
       record.min_jacobian = state.min_jacobian;
@@ -201,26 +201,27 @@ class ArcLength::Path {
     }
   }
 
-  // Takes the corrected point into the path.
+  // Adds the last corrected point to the force scale of the path.
   void accept() { largest_force_ = force_; }
 
  private:
-  bool newton_step(const Plane& plane, const LoadCase& load, const Loaded& at,
-                   const Eigen::VectorXd& residual, Loaded& step) {
+  // Solves K du = r + dl q in the plane (arc_length.hpp) for step = (du, dl).
+  bool newton_step(const Plane& plane, const LoadCase& load, const PathVector& at,
+                   const Eigen::VectorXd& residual, PathVector& step) {
     if (!factorize(load, at.displacement)) return false;
-    Loaded unit = {{}, 1};  // tangent of the path
+    PathVector tangent = {{}, 1};  // (v, 1)
     step.displacement = residual;
     if (!solve(load, at.displacement, step.displacement) ||
-        !response(load, at.displacement, unit.displacement))
+        !response(load, at.displacement, tangent.displacement))
       return false;
     const Eigen::VectorXd& normal = plane.normal.displacement;
-    const double slope = normal.dot(unit.displacement) + plane.normal.load_factor;
+    const double slope = normal.dot(tangent.displacement) + plane.normal.load_factor;
     step.load_factor = -(plane.distance(at) + normal.dot(step.displacement)) / slope;
-    step.displacement += step.load_factor * unit.displacement;
+    step.displacement += step.load_factor * tangent.displacement;
     return step.displacement.allFinite();
   }
 
-  // Solves K_ff v_f = q_f - K_fc v_c for full-length v; the held dofs v_c are given.
+  // Solves K_ff v_f = q_f - K_fc v_c for the full-length v = du/dl. The loads give v_c at the held dofs.
   bool response(const LoadCase& load, const Eigen::VectorXd& displacement, Eigen::VectorXd& v) {
     v = external_force(model_, rate_, displacement);
     if (moves_held_) v -= stiffness_times(load, displacement, rate_.displacement);
@@ -229,6 +230,7 @@ class ArcLength::Path {
     return true;
   }
 
+  // Returns v . K v. Without moving held dofs this is v . q, which costs no product with K.
   double flexibility(const LoadCase& load, const Eigen::VectorXd& displacement, const Eigen::VectorXd& v) {
     if (moves_held_) return v.dot(stiffness_times(load, displacement, v));
     return v.dot(external_force(model_, rate_, displacement));
@@ -260,7 +262,7 @@ class ArcLength::Path {
     const std::vector<int>& dofs = assembly_.equation_dofs();
     const auto back_solve = [&](Eigen::VectorXd& v) {
       Eigen::VectorXd packed = v(dofs);
-      if (!refined(packed)) return false;
+      if (!solve_refined(packed)) return false;
       v.setZero();
       v(dofs) = packed;
       return true;
@@ -269,18 +271,18 @@ class ArcLength::Path {
     return solve_with_pressures(assembly_, load, displacement, back_solve, b);
   }
 
-  // Solves K x = b over the equations with iterative refinement.
-  bool refined(Eigen::VectorXd& b) {
+  // Replaces b by K^-1 b over the equations, with iterative refinement.
+  bool solve_refined(Eigen::VectorXd& b) {
     if (b.size() == 0) return true;
     const auto matrix = stiffness_.selfadjointView<Eigen::Lower>();
-    const double size = stiffness_.diagonal().cwiseAbs().maxCoeff();
-    Eigen::VectorXd rest = b;
+    const double stiffness_scale = stiffness_.diagonal().cwiseAbs().maxCoeff();
+    Eigen::VectorXd residual = b;
     Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size());
     for (int correction = 0; correction <= kCorrections; ++correction) {
-      owner_.cholesky_.solve(rest);
-      x += rest;
-      rest = b - matrix * x;
-      if (rest.norm() <= kSolveAccuracy * (size * x.norm() + b.norm())) {
+      owner_.cholesky_.solve(residual);
+      x += residual;
+      residual = b - matrix * x;
+      if (residual.norm() <= kSolveAccuracy * (stiffness_scale * x.norm() + b.norm())) {
         b = x;
         return b.allFinite();
       }
@@ -292,16 +294,16 @@ class ArcLength::Path {
   const Assembly& assembly_;
   const Model& model_;
   LoadPath loads_;
-  LoadCase rate_;  // derivative of the loads by the load factor
+  LoadCase rate_;  // q: derivative of the loads by the load factor
   const ArcLengthSettings& settings_;
   SolveReport& report_;
   const std::function<void(const IterationRecord&)>& progress_;
   SparseLower stiffness_;
   bool moves_held_ = false;
-  double weight_ = 0;  // 1 / |v0|^2
-  double first_flexibility_ = 0;
-  double largest_force_ = 0;  // force scale: maximum over the path so far
-  double force_ = 0;          // force scale of the path and the current trial
+  double weight_ = 0;             // 1 / |v0|^2
+  double first_flexibility_ = 0;  // v0 . K0 v0
+  double largest_force_ = 0;      // force scale: maximum over the path so far
+  double force_ = 0;              // force scale of the path and the current trial
 };
 
 ArcLength::ArcLength(const Assembly& assembly)
@@ -318,8 +320,8 @@ SolveReport ArcLength::follow(const LoadCase& from, const LoadCase& to, Eigen::V
   report.worst_element = state.worst_element;
   Path path(*this, from, to, displacement, internal, settings, report, progress);
 
-  Loaded at = {displacement, 0};
-  Loaded tangent;
+  PathVector at = {displacement, 0};
+  PathVector tangent;
   PathPoint point;
   point.min_jacobian = state.min_jacobian;
   if (!path.find_tangent(at, {Eigen::VectorXd::Zero(displacement.size()), 1}, tangent, point)) {
@@ -340,34 +342,34 @@ SolveReport ArcLength::follow(const LoadCase& from, const LoadCase& to, Eigen::V
       report.stopped = StopCause::path_reversed;
       return report;
     }
-    Loaded next = along(at, length, tangent);
-    Loaded next_tangent;
+    PathVector next = add_scaled(at, length, tangent);
+    PathVector next_tangent;
     PathPoint next_point;
     int iterations = 0;
-    const auto lands = [&](const Plane& plane) {
+    const auto correct_onto = [&](const Plane& plane) {  // moves `next` to the path
       if (!path.correct(plane, report.increments + 1, next, iterations)) return false;
       next_point.min_jacobian = report.min_jacobian;
-      if (!path.find_tangent(next, along(next, -1, at), next_tangent, next_point)) {
+      if (!path.find_tangent(next, add_scaled(next, -1, at), next_tangent, next_point)) {
         report.stopped = StopCause::no_tangent;
         return false;
       }
-      if (path.product(tangent, next_tangent) >= kSharpestTurn) return true;
+      if (path.product(tangent, next_tangent) >= kMinTangentCosine) return true;
       report.stopped = StopCause::sharp_turn;
       return false;
     };
-    if (!lands(path.normal_to(tangent, next))) {
+    if (!correct_onto(path.normal_to(tangent, next))) {
       ++report.cutbacks;
       length *= 0.5;
       if (length < settings.smallest_increment) return report;
       continue;
     }
     if (const std::optional<Plane> end = path.end_between(at, next)) {
-      const Loaded beyond = next;
+      const PathVector beyond = next;
       const PathPoint point_beyond = next_point;
       const double fraction = end->distance(at) / (end->distance(at) - end->distance(next));
-      next = along(at, fraction, along(next, -1, at));
-      if (!lands(*end)) {
-        next = beyond;
+      next = add_scaled(at, fraction, add_scaled(next, -1, at));
+      if (!correct_onto(*end)) {
+        next = beyond;  // the path turns before the end condition
         next_point = point_beyond;
       }
       ended = true;
@@ -377,7 +379,7 @@ SolveReport ArcLength::follow(const LoadCase& from, const LoadCase& to, Eigen::V
     if (report.increments == 0) first_load = length * tangent.load_factor;
     ++report.increments;
     next_point.increment = report.increments;
-    next_point.arc_length = point.arc_length + path.product(tangent, along(next, -1, at));
+    next_point.arc_length = point.arc_length + path.product(tangent, add_scaled(next, -1, at));
     next_point.load_factor = next.load_factor;
     length = next_length(settings, point, next_point, next_tangent, first_load, length, iterations);
     at = std::move(next);

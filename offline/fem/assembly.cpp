@@ -10,9 +10,10 @@
 #include "offline/material/constitutive_response.hpp"
 #include "offline/material/volume_split.hpp"
 
-// Construction: equations, sparsity pattern, batches of elements. element_loops.cpp evaluates forces and tangents.
+// Builds equations, sparsity pattern and batches of elements. element_loops.cpp computes forces and tangents.
 namespace palpate {
 
+// Divides the nodes into slabs of equal counts across the longest side of the body.
 void Assembly::divide_nodes(int parts) {
   parts_.resize(static_cast<size_t>(parts));
   node_part_.assign(static_cast<size_t>(model_->num_nodes()), 0);
@@ -40,7 +41,7 @@ Assembly::Assembly(const Model& model, const std::vector<char>& eliminated, int 
   for (const Tetrahedron& element : model.elements) {
     for (const int node : element.nodes()) has_element[static_cast<size_t>(node)] = 1;
   }
-  constexpr size_t kWorthAThread = 2000;  // elements: work far above the cost of a thread's start
+  constexpr size_t kWorthAThread = 2000;  // elements; their work far exceeds the start of a thread
   divide_nodes(static_cast<int>(
       std::clamp<size_t>(model.elements.size() / kWorthAThread, 1, static_cast<size_t>(threads_))));
   dof_equations_.assign(static_cast<size_t>(model.num_dofs()), -1);
@@ -65,7 +66,7 @@ int Assembly::first_equation(int node) const {
 }
 
 void Assembly::set_pattern() {
-  // Coupled nodes: the nodes of an element or of a volume patch.
+  // A group is a set of coupled nodes: the nodes of an element or of a volume patch.
   std::vector<std::span<const int>> groups;
   for (size_t e = 0; e < model_->elements.size(); ++e) {
     if (volumes_.patch_of(static_cast<int>(e)) < 0) groups.push_back(model_->elements[e].nodes());
@@ -85,9 +86,9 @@ void Assembly::set_pattern() {
 
   std::vector<int> starts = {0};
   std::vector<int> rows;
-  // Lists a node and its coupled nodes of larger number: their rows stand in the node's columns.
+  // A node and its coupled nodes of larger number; the columns of the node store their rows.
   std::vector<int> coupled;
-  std::vector<int> coupled_to(static_cast<size_t>(model_->num_nodes()), -1);
+  std::vector<int> coupled_to(static_cast<size_t>(model_->num_nodes()), -1);  // last node that lists a node
   for (int node = 0; node < model_->num_nodes(); ++node) {
     if (first_equation(node) < 0) continue;
     coupled.clear();
@@ -118,6 +119,7 @@ void Assembly::set_pattern() {
                                     starts.data(), rows.data(), values.data());
 }
 
+// Groups the elements of each part into batches of one kind. Sums the factors of rounding_force().
 template <int kNodes>
 void Assembly::make_batches() {
   constexpr int kPoints = TetrahedronShape<kNodes>::kPoints;
@@ -125,20 +127,20 @@ void Assembly::make_batches() {
   for (const Material& material : model_->materials)
     moduli.push_back(
         stress_and_tangent(material.law, Eigen::Matrix3d::Identity()).tangent.cwiseAbs().maxCoeff());
-  const auto of_part = [&](size_t part) -> Batches<kNodes>& {
+  const auto batches_of = [&](size_t part) -> Batches<kNodes>& {
     if constexpr (kNodes == 4) return parts_[part].linear;
     if constexpr (kNodes == 10) return parts_[part].quadratic;
   };
-  // Order by smallest node: neighbours in the stiffness follow one another in time.
+  // The order by smallest node lets successive elements write to neighbouring entries of the stiffness.
   std::vector<size_t> order;
   for (size_t e = 0; e < model_->elements.size(); ++e) {
     if (model_->elements[e].num_nodes == kNodes) order.push_back(e);
   }
-  const auto smallest = [&](size_t e) { return std::ranges::min(model_->elements[e].nodes()); };
-  std::ranges::stable_sort(order, {}, smallest);
+  const auto smallest_node = [&](size_t e) { return std::ranges::min(model_->elements[e].nodes()); };
+  std::ranges::stable_sort(order, {}, smallest_node);
   for (const auto& [shares_volume, dyadic] :
        {std::pair(false, true), std::pair(false, false), std::pair(true, true), std::pair(true, false)}) {
-    std::vector<Batch<kNodes>*> open(parts_.size(), nullptr);
+    std::vector<Batch<kNodes>*> last_batch(parts_.size(), nullptr);
     for (const size_t e : order) {
       const Tetrahedron& element = model_->elements[e];
       const size_t material = static_cast<size_t>(element.material);
@@ -158,14 +160,14 @@ void Assembly::make_batches() {
         rounding_per_length_ = std::hypot(rounding_per_length_, force * gradient);
       }
       for (size_t part = 0; part < parts_.size(); ++part) {
-        const auto mine = [&](int node) { return owns(static_cast<int>(part), node); };
-        if (std::ranges::none_of(element.nodes(), mine)) continue;
-        if (open[part] == nullptr || open[part]->num_elements == kLanes) {
-          open[part] = &of_part(part).batches.emplace_back();
-          open[part]->dyadic = dyadic;
-          open[part]->shares_volume = shares_volume;
+        const auto is_owned = [&](int node) { return owns(static_cast<int>(part), node); };
+        if (std::ranges::none_of(element.nodes(), is_owned)) continue;
+        if (last_batch[part] == nullptr || last_batch[part]->num_elements == kLanes) {
+          last_batch[part] = &batches_of(part).batches.emplace_back();
+          last_batch[part]->dyadic = dyadic;
+          last_batch[part]->shares_volume = shares_volume;
         }
-        Batch<kNodes>& batch = *open[part];
+        Batch<kNodes>& batch = *last_batch[part];
         for (int lane = batch.num_elements++; lane < kLanes; ++lane) {
           batch.elements[static_cast<size_t>(lane)] = static_cast<int>(e);
           batch.materials[static_cast<size_t>(lane)] = element.material;
@@ -184,11 +186,11 @@ void Assembly::make_batches() {
   }
   const int num_parts = static_cast<int>(parts_.size());
   for (int part = 0; part < num_parts; ++part) {
-    Batches<kNodes>& kind = of_part(static_cast<size_t>(part));
+    Batches<kNodes>& kind = batches_of(static_cast<size_t>(part));
     kind.scatter.resize(kind.batches.size());
   }
   parallel_for(num_parts, num_parts, [&](int part, int) {
-    auto& [batches, scatter] = of_part(static_cast<size_t>(part));
+    auto& [batches, scatter] = batches_of(static_cast<size_t>(part));
     for (size_t i = 0; i < batches.size(); ++i) scatter[i] = scatter_of(part, batches[i]);
   });
 }
@@ -223,10 +225,10 @@ void Assembly::places_of(int part, std::span<const int> nodes, std::span<int> pl
     for (size_t axis_b = 0; axis_b < 3; ++axis_b) {
       for (size_t a = b; a < nodes.size(); ++a) {
         for (size_t axis_a = a == b ? axis_b : 0; axis_a < 3; ++axis_a, ++entry) {
-          const int at_a = dof_equations_[3 * static_cast<size_t>(nodes[a]) + axis_a];
-          const int at_b = dof_equations_[3 * static_cast<size_t>(nodes[b]) + axis_b];
-          const auto [column, row] = std::minmax(at_a, at_b);
-          // Equations are numbered like nodes, so the smaller node's column stores the coupling.
+          const int equation_a = dof_equations_[3 * static_cast<size_t>(nodes[a]) + axis_a];
+          const int equation_b = dof_equations_[3 * static_cast<size_t>(nodes[b]) + axis_b];
+          const auto [column, row] = std::minmax(equation_a, equation_b);
+          // Equations ascend with nodes, so the column of the smaller node stores the coupling.
           if (column < 0 || !owns(part, std::min(nodes[a], nodes[b]))) {
             places[entry] = -1;
           } else if (a == b) {
@@ -261,7 +263,7 @@ double Assembly::rounding_force(const Eigen::VectorXd& displacement) const {
 }
 
 const CholeskyAnalysis& Assembly::analysis() const {
-  std::call_once(analysis_->made, [this] { analysis_->analysis.emplace(pattern_); });
+  std::call_once(analysis_->computed, [this] { analysis_->analysis.emplace(pattern_); });
   return *analysis_->analysis;
 }
 

@@ -11,17 +11,17 @@
 #include <string>
 #include <vector>
 
-// Ends the worker threads that OpenBLAS keeps. OpenBLAS does not publish this function, and some builds lack it.
+// Ends the worker threads of OpenBLAS. OpenBLAS does not publish this function, and some builds lack it.
 extern "C" int blas_thread_shutdown_() __attribute__((weak));
 
 namespace palpate {
 namespace {
 
-// Palpate parallelises over branches of the elimination tree and over sites. Threads of BLAS would compete,
-// and their number would change the last digits.
-void claim_threads() {
-  static std::once_flag claimed;
-  std::call_once(claimed, [] {
+// Makes BLAS single-threaded. Palpate runs its own threads over branches of the elimination tree and over
+// sites. Threads of BLAS would compete with them, and their number would change the last digits.
+void make_blas_serial() {
+  static std::once_flag once;
+  std::call_once(once, [] {
     if (openblas_get_parallel() == OPENBLAS_SEQUENTIAL)
       throw std::runtime_error(
           "the serial OpenBLAS of this machine gives wrong results when several threads "
@@ -31,7 +31,7 @@ void claim_threads() {
   });
 }
 
-cholmod_sparse view(const SparseLower& matrix) {
+cholmod_sparse view(const SparseLower& matrix) {  // copies no entries
   cholmod_sparse sparse = {};
   sparse.nrow = static_cast<size_t>(matrix.rows());
   sparse.ncol = static_cast<size_t>(matrix.cols());
@@ -64,9 +64,9 @@ class Workspace {
   cholmod_common common;
 };
 
-// Groups consecutive equations with equal couplings into blocks, as the dofs of a node are. Returns the first
-// equation of each block, and the end. Ordering blocks is faster than ordering equations. A hash sum compares
-// neighbourhoods: a collision degrades the ordering, not the result.
+// Groups consecutive equations with equal couplings, such as the dofs of a node, into blocks: blocks are
+// faster to order. Returns the first equation of each block, and the end. A sum of hashes stands for the
+// neighbours of an equation: a collision degrades the ordering, not the result.
 std::vector<int> group_equal_columns(const SparseLower& pattern) {
   const auto hash = [](int equation) {  // splitmix64
     std::uint64_t bits = (static_cast<std::uint64_t>(equation) + 1) * 0x9e3779b97f4a7c15U;
@@ -74,8 +74,8 @@ std::vector<int> group_equal_columns(const SparseLower& pattern) {
     bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebU;
     return bits ^ (bits >> 31);
   };
-  // includes the equation itself
-  std::vector<std::uint64_t> neighbourhood(static_cast<size_t>(pattern.cols()), 0);
+  std::vector<std::uint64_t> neighbourhood(static_cast<size_t>(pattern.cols()),
+                                           0);  // with the equation itself
   for (int column = 0; column < pattern.outerSize(); ++column) {
     for (SparseLower::InnerIterator it(pattern, column); it; ++it) {
       neighbourhood[static_cast<size_t>(column)] += hash(static_cast<int>(it.row()));
@@ -91,7 +91,7 @@ std::vector<int> group_equal_columns(const SparseLower& pattern) {
   return first_of;
 }
 
-// Returns the graph of the blocks. All equations of a block have the same neighbours, so the first one stands for it.
+// Returns the graph of the blocks. All equations of a block have the same neighbours as its first equation.
 SparseLower quotient(const SparseLower& pattern, const std::vector<int>& first_of) {
   const int num_blocks = static_cast<int>(first_of.size()) - 1;
   std::vector<int> block_of(static_cast<size_t>(pattern.cols()));
@@ -106,7 +106,7 @@ SparseLower quotient(const SparseLower& pattern, const std::vector<int>& first_o
     int last = -1;
     for (SparseLower::InnerIterator it(pattern, first_of[static_cast<size_t>(block)]); it; ++it) {
       const int row = block_of[static_cast<size_t>(it.row())];
-      // Rows ascend, so the equations of a block follow each other.
+      // Rows ascend, so the equations of a block follow one another.
       if (row != last) blocks.insertBack(row, block) = 1.0;
       last = row;
     }
@@ -119,7 +119,7 @@ SparseLower quotient(const SparseLower& pattern, const std::vector<int>& first_o
 
 CholeskyAnalysis::CholeskyAnalysis(const SparseLower& pattern) : fronts_(std::make_shared<FrontTree>()) {
   if (pattern.rows() == 0) return;  // CHOLMOD refuses a matrix without rows
-  claim_threads();
+  make_blas_serial();
   Workspace workspace;
   const std::vector<int> first_of = group_equal_columns(pattern);
   const SparseLower merged = quotient(pattern, first_of);

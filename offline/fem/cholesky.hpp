@@ -1,5 +1,5 @@
-// Sparse Cholesky factor K = L L^T, or K = L S L^T with signs S where K is indefinite. CHOLMOD makes one
-// symbolic analysis; the multifrontal method makes many numeric factors, in double or single precision.
+// Sparse Cholesky factor K = L L^T, or K = L S L^T with signs S where K is indefinite. CHOLMOD analyses the
+// pattern once; the multifrontal method computes many numeric factors, in double or single precision.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,12 +11,12 @@
 
 namespace palpate {
 
-// The ordering and the pattern of L, shared by all matrices of one pattern. Constant; any number of threads
-// may make factors from it.
+// The ordering and the pattern of L, shared by all matrices of one pattern. Constant: any number of threads
+// may share an object.
 class CholeskyAnalysis {
  public:
-  // Orders by nested dissection (METIS), cheaper to factor on organ meshes than AMD. Throws std::bad_alloc
-  // when memory runs out, std::runtime_error when CHOLMOD fails otherwise.
+  // Orders by nested dissection (METIS): on organ meshes the factor costs less than with AMD. Throws
+  // std::bad_alloc when memory runs out, std::runtime_error when CHOLMOD fails otherwise.
   explicit CholeskyAnalysis(const SparseLower& pattern);
   CholeskyAnalysis(const CholeskyAnalysis&) = delete;
   CholeskyAnalysis& operator=(const CholeskyAnalysis&) = delete;
@@ -32,8 +32,7 @@ class CholeskyAnalysis {
   double factor_operations_ = 0;
 };
 
-// Precision of a factor. Single precision halves time and memory. A solution then keeps about seven digits less log10 of
-// the condition number of the matrix.
+// Precision of a factor. Single precision halves time and memory, and keeps about 7 - log10(cond K) digits.
 enum class Precision { single_precision, double_precision };
 
 // Not thread-safe: one object for each thread. Not copyable.
@@ -43,14 +42,14 @@ class Cholesky {
   Cholesky(const Cholesky&) = delete;
   Cholesky& operator=(const Cholesky&) = delete;
 
-  // Factors a matrix with the analysed pattern. False where the matrix is not positive definite to rounding;
-  // solve() is then invalid. Throws std::bad_alloc when memory runs out.
+  // Factors a matrix with the analysed pattern. Returns false where the matrix is not positive definite to
+  // rounding; solve() is then invalid. Throws std::bad_alloc when memory runs out.
   [[nodiscard]] bool factorize(const SparseLower& matrix, Precision precision = Precision::double_precision);
 
-  // Factors an indefinite matrix as L S L^T in double precision (multifrontal.hpp). False where a pivot is
-  // rounding: the matrix is numerically singular.
+  // Factors an indefinite matrix as L S L^T in double precision (multifrontal.hpp). Returns false where a
+  // pivot is rounding: the matrix is numerically singular.
   [[nodiscard]] bool factorize_indefinite(const SparseLower& matrix);
-  // Number of negative eigenvalues of the last factored matrix.
+  // Returns the number of negative eigenvalues of the last factored matrix; 0 for a single-precision factor.
   int num_negative_pivots() const;
 
   // Replaces each column b of `right_hand_sides` (n rows) by K^-1 b. Blocks of columns share each read of L.
@@ -63,7 +62,7 @@ class Cholesky {
 
   std::shared_ptr<const FrontTree> fronts_;
   int threads_;
-  std::optional<Multifrontal<double>> double_;  // one of the two holds the last factor
+  std::optional<Multifrontal<double>> double_;  // double_ or single_ holds the last factor
   std::optional<Multifrontal<float>> single_;
 };
 

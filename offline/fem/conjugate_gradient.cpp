@@ -30,9 +30,9 @@ bool ConjugateGradient::solve(Eigen::Ref<Eigen::VectorXd> right_hand_side) {
       return true;
     }
     preconditioned = preconditioner_.solve(residual);
-    const double next = residual.dot(preconditioned);
-    direction = preconditioned + next / slope * direction;
-    slope = next;
+    const double next_slope = residual.dot(preconditioned);
+    direction = preconditioned + next_slope / slope * direction;
+    slope = next_slope;
   }
   return false;
 }

@@ -1,7 +1,7 @@
 // Preconditioned conjugate gradients for K x = b: the linear solver of Zhong et al. 2005 section 2.3. On
-// organ meshes it is slower than a Cholesky factor and needs less memory.
+// organ meshes the method is slower than a Cholesky factor and needs less memory.
 //
-// Source: Hestenes and Stiefel 1952. Preconditioner: incomplete Cholesky factor (Lin and More 1999, in Eigen).
+// Source: Hestenes and Stiefel 1952. Preconditioner: Eigen's incomplete Cholesky factor (Lin and More 1999).
 #pragma once
 
 #include <Eigen/Core>
@@ -14,11 +14,11 @@ namespace palpate {
 
 class ConjugateGradient {
  public:
-  // Copies the matrix and makes its preconditioner. Throws std::bad_alloc.
+  // Copies the matrix and computes its preconditioner. Throws std::bad_alloc.
   void prepare(const SparseLower& matrix);
 
-  // Replaces b by x with |b - K x| <= 1e-9 |b|, accurate enough for Newton's convergence. False, with b
-  // unchanged, where:
+  // Replaces b by x with |b - K x| <= 1e-9 |b|, accurate enough for Newton's convergence. Returns false and
+  // leaves b unchanged where:
   //   1. a direction has no positive curvature: K is not positive definite, or
   //   2. 10,000 iterations did not converge.
   [[nodiscard]] bool solve(Eigen::Ref<Eigen::VectorXd> right_hand_side);

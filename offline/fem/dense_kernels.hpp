@@ -1,10 +1,10 @@
-// Dense kernels of the multifrontal factor: names for BLAS and LAPACK calls in double and single precision.
-// All matrices are column-major; triangular and symmetric kernels use the lower triangle only.
+// Dense kernels of the multifrontal factor: BLAS and LAPACK calls in double and single precision. Matrices
+// are column-major with leading dimension `stride`; triangular and symmetric kernels use lower triangles.
 #pragma once
 
 #include <cblas.h>
 
-// LAPACK in OpenBLAS: Cholesky factor of a dense matrix in place.
+// LAPACK in OpenBLAS: the Cholesky factor of a dense matrix, in place.
 extern "C" {
 void dpotrf_(const char* triangle, const int* n, double* a, const int* stride, int* info);
 void spotrf_(const char* triangle, const int* n, float* a, const int* stride, int* info);
@@ -12,7 +12,7 @@ void spotrf_(const char* triangle, const int* n, float* a, const int* stride, in
 
 namespace palpate {
 
-inline bool factor_in_place(int n, double* a, int stride) {
+inline bool factor_in_place(int n, double* a, int stride) {  // false where A is not positive definite
   int info = 0;
   dpotrf_("L", &n, a, &stride, &info);
   return info == 0;

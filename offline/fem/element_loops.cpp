@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-// Projects a tangent onto the positive semi-definite matrices (Frobenius norm). Returns whether the tangent changed.
+// Sets the negative eigenvalues of a tangent to 0. Returns whether the tangent had a negative eigenvalue.
 bool clamp_negative_eigenvalues(Matrix9d& tangent) {
   const SymmetricModes modes = symmetric_modes(tangent);
   if (modes.values(0) >= 0.0) return false;
@@ -64,7 +64,7 @@ Eigen::Matrix3d lane_of(const Matrix& matrix, int lane) {
   return result;
 }
 
-// Returns the shape gradients of an element: one column for each node.
+// Returns the shape gradients of the element in one lane: a column for each node.
 template <int kNodes>
 Eigen::Matrix<double, 3, kNodes> gradients_of(const typename ElementBatch<kNodes>::Point& point, int lane) {
   Eigen::Matrix<double, 3, kNodes> result;
@@ -100,7 +100,7 @@ void Assembly::for_each_batch(Work&& work) const {
   parallel_for(num_parts, num_parts, [&](int part, int) {
     const auto visit = [&](const auto& kind) {
       for (size_t i = 0; i < kind.batches.size(); ++i) {
-        // A type avoids the cost of shared volumes for the other elements.
+        // The type of the last argument removes shared volumes from the code of all other elements.
         if (kind.batches[i].shares_volume) {
           work(part, kind.batches[i], kind.scatter[i], std::true_type());
         } else {
@@ -170,9 +170,9 @@ void Assembly::add_dyads(const SharedVolumes::State& volumes, double* values) co
       volumes_.gradient(volumes, patch, gradient);
       const double scale = volumes_.dyad_scale(volumes, patch);
       for (size_t b = 0; b < gradient.size(); ++b) {
-        const double of_column = scale * gradient[b];
+        const double column_factor = scale * gradient[b];
         for (size_t a = b; a < gradient.size(); ++a, ++place) {
-          if (*place >= 0) values[*place] += gradient[a] * of_column;
+          if (*place >= 0) values[*place] += gradient[a] * column_factor;
         }
       }
     }
@@ -199,10 +199,10 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
       for (int lane = 0; lane < batch.num_elements; ++lane) {
         const size_t e = static_cast<size_t>(batch.elements[static_cast<size_t>(lane)]);
         const Law& element_law = law<Shares::value>(batch, lane);
-        // Small strain has no inversion.
+        // At small strain J has no role, and no element counts as inverted.
         const double J = std::holds_alternative<LinearElastic>(element_law) ? 1.0 : kinematics.J[lane];
-        const bool equal = J == state.min_jacobian && static_cast<int>(e) < state.worst_element;
-        if ((!(J >= state.min_jacobian) && !std::isnan(state.min_jacobian)) || equal) {
+        const bool is_tie = J == state.min_jacobian && static_cast<int>(e) < state.worst_element;
+        if ((!(J >= state.min_jacobian) && !std::isnan(state.min_jacobian)) || is_tie) {
           state.min_jacobian = J;
           state.worst_element = static_cast<int>(e);
         }
@@ -244,8 +244,8 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
   ElementState worst = states.front();
   for (const ElementState& state : states) {
     if (std::isnan(worst.min_jacobian)) break;
-    const bool equal = state.min_jacobian == worst.min_jacobian && state.worst_element < worst.worst_element;
-    if (!(state.min_jacobian >= worst.min_jacobian) || equal) worst = state;
+    const bool is_tie = state.min_jacobian == worst.min_jacobian && state.worst_element < worst.worst_element;
+    if (!(state.min_jacobian >= worst.min_jacobian) || is_tie) worst = state;
   }
   return worst;
 }

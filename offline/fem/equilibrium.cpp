@@ -22,9 +22,9 @@ void clear_held(const Assembly& assembly, const LoadCase& load, Eigen::VectorXd&
 
 Eigen::VectorXd out_of_balance(const Assembly& assembly, const LoadCase& load,
                                const Eigen::VectorXd& internal, const Eigen::VectorXd& external) {
-  Eigen::VectorXd out = external - internal;
-  clear_held(assembly, load, out);
-  return out;
+  Eigen::VectorXd residual = external - internal;
+  clear_held(assembly, load, residual);
+  return residual;
 }
 
 double force_scale(const Assembly& assembly, const LoadCase& load, const Eigen::VectorXd& internal,
@@ -67,10 +67,10 @@ bool solve_with_pressures(const Assembly& assembly, const LoadCase& load, const 
     clear_held(assembly, load, result);
     return result;
   };
-  Eigen::VectorXd free = b;
-  clear_held(assembly, load, free);
+  Eigen::VectorXd right_hand_side = b;
+  clear_held(assembly, load, right_hand_side);
   Eigen::VectorXd x;
-  if (!gmres(product, precondition, free, kTolerance, kMaxSweeps, x)) return false;
+  if (!gmres(product, precondition, right_hand_side, kTolerance, kMaxSweeps, x)) return false;
   b = x;
   return true;
 }

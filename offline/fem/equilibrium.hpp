@@ -14,29 +14,29 @@
 
 namespace palpate {
 
-// f_ext(u): forces and pressures.
+// Returns f_ext(u): the nodal forces of `load`, pressures included.
 Eigen::VectorXd external_force(const Model& model, const LoadCase& load, const Eigen::VectorXd& displacement);
 
 // Sets entries of held dofs and of dofs without an equation to 0.
 void clear_held(const Assembly& assembly, const LoadCase& load, Eigen::VectorXd& vector);
 
-// f_ext - P over the free dofs; 0 elsewhere.
+// Returns f_ext - P at the free dofs, and 0 at the other dofs.
 Eigen::VectorXd out_of_balance(const Assembly& assembly, const LoadCase& load,
                                const Eigen::VectorXd& internal, const Eigen::VectorXd& external);
 
-// Force scale: |P| over the held dofs plus |f_ext| over the free dofs, 2-norms.
+// Returns the force scale: |P| over the held dofs plus |f_ext| over the free dofs, 2-norms.
 double force_scale(const Assembly& assembly, const LoadCase& load, const Eigen::VectorXd& internal,
                    const Eigen::VectorXd& external);
 
-// For each equation: whether `load` holds its dof.
+// Returns for each equation whether `load` holds its dof.
 std::vector<char> held_equations(const Assembly& assembly, const LoadCase& load);
 
-// Replaces the rows of held equations by x = 0: clears row and column, keeps the diagonal as scale.
+// Replaces held equations by x = 0: clears their rows and columns and keeps the diagonal.
 void hold_equations(const std::vector<char>& held, SparseLower& stiffness);
 
-// Solves (K - K_p) x = b over the free dofs, 0 elsewhere, in place of b. K_p is the unsymmetric tangent of
-// the pressures. GMRES stops at 1e-6, enough for Newton's next residual. `precondition` replaces a vector v
-// by about K^-1 v and returns success. False, with b unchanged, without convergence.
+// Replaces b by x with (K - K_p) x = b at the free dofs and x = 0 at the others. K_p is the unsymmetric
+// tangent of the pressures. GMRES stops at 1e-6, enough for Newton's next residual. `precondition` replaces a
+// vector v by about K^-1 v and returns success. Returns false, with b unchanged, without convergence.
 [[nodiscard]] bool solve_with_pressures(const Assembly& assembly, const LoadCase& load,
                                         const Eigen::VectorXd& displacement,
                                         const std::function<bool(Eigen::VectorXd&)>& precondition,

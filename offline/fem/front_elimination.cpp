@@ -10,14 +10,14 @@ namespace palpate {
 namespace {
 
 // Fronts with more operations are cut into blocks of kBlock rows or columns. The threads share the blocks of
-// a trunk front.
+// a front in the trunk (multifrontal.hpp).
 constexpr double kWideOperations = 2e8;
 constexpr int kBlock = 256;
 // Plain loops factor this number of pivots of either sign before BLAS updates the remaining columns.
 constexpr int kSignedBlock = 32;
 
 // Factors a dense lower triangle A = L S L^T in place, column by column; negative[j] tells whether S_j = -1.
-// False at a pivot that is 0 or not finite.
+// Returns false at a pivot that is 0 or not finite.
 template <typename Real>
 bool factor_with_signs(int n, Real* a, int stride, char* negative) {
   for (int j = 0; j < n; ++j) {
@@ -51,7 +51,7 @@ bool eliminate_columns(const Front& front, Real* panel, Real* update, char* nega
   const auto at = [rows](Real* entries, int row, int column) {
     return entries + row + static_cast<ptrdiff_t>(column) * rows;
   };
-  const auto for_each_block = [&](int begin, int end, auto&& work) {
+  const auto for_each_block = [&](int begin, int end, auto&& work) {  // work(first, count)
     const int block = wide ? kBlock : std::max(1, end - begin);
     parallel_for(wide ? threads : 1, (end - begin + block - 1) / block, [&](int index, int) {
       const int first = begin + index * block;
@@ -87,7 +87,7 @@ bool eliminate_columns(const Front& front, Real* panel, Real* update, char* nega
       subtract(first, next, column, rows - column, count, Real(1), at(panel, column, column), rows);
     });
   }
-  const int updated = front.num_updated();
+  const int updated = front.num_below();
   for_each_block(0, updated, [&](int column, int count) {
     subtract(0, columns, columns + column, updated - column, count, Real(0),
              update + column + static_cast<ptrdiff_t>(column) * updated, updated);

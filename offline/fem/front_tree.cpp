@@ -11,15 +11,15 @@
 namespace palpate {
 namespace {
 
-// Turns counts at [1, n] into start offsets.
-void accumulate(std::vector<int>& counts) {
+// Turns counts at 1 .. n, with 0 at place 0, into start offsets.
+void counts_to_starts(std::vector<int>& counts) {
   std::partial_sum(counts.begin(), counts.end(), counts.begin());
 }
 
 // Sets `row_in_front` [rows of L] at each row of a front to the row's number in the front.
 void number_rows(const Front& front, const int* row_indices, std::vector<int>& row_in_front) {
   for (int row = 0; row < front.num_rows; ++row)
-    row_in_front[static_cast<size_t>(row_indices[front.rows + static_cast<size_t>(row)])] = row;
+    row_in_front[static_cast<size_t>(row_indices[front.rows_start + static_cast<size_t>(row)])] = row;
 }
 
 }  // namespace
@@ -37,8 +37,8 @@ FrontTree::FrontTree(const SparseLower& pattern, const cholmod_factor_struct& sy
     front.first_column = first_columns[f];
     front.num_columns = first_columns[f + 1] - first_columns[f];
     front.num_rows = first_rows[f + 1] - first_rows[f];
-    front.rows = static_cast<size_t>(first_rows[f]);
-    front.panel = panel_entries_;
+    front.rows_start = static_cast<size_t>(first_rows[f]);
+    front.panel_start = panel_entries_;
     front.first_within = static_cast<int>(f);
     const size_t entries = static_cast<size_t>(front.num_rows) * static_cast<size_t>(front.num_columns);
     if (entries > static_cast<size_t>(std::numeric_limits<int>::max()))
@@ -56,15 +56,15 @@ FrontTree::FrontTree(const SparseLower& pattern, const cholmod_factor_struct& sy
   first_child_.assign(fronts_.size() + 1, 0);
   for (size_t f = 0; f < fronts_.size(); ++f) {
     Front& front = fronts_[f];
-    if (front.num_updated() == 0) continue;
+    if (front.num_below() == 0) continue;
     // The parent is the supernode of the first row below the columns.
     front.parent =
-        front_of[static_cast<size_t>(row_indices[front.rows + static_cast<size_t>(front.num_columns)])];
+        front_of[static_cast<size_t>(row_indices[front.rows_start + static_cast<size_t>(front.num_columns)])];
     Front& parent = fronts_[static_cast<size_t>(front.parent)];
     parent.first_within = std::min(parent.first_within, front.first_within);
     ++first_child_[static_cast<size_t>(front.parent) + 1];
   }
-  accumulate(first_child_);
+  counts_to_starts(first_child_);
   children_.resize(static_cast<size_t>(first_child_.back()));
   std::vector<int> next = first_child_;
   for (size_t f = 0; f < fronts_.size(); ++f) {
@@ -103,7 +103,7 @@ void FrontTree::set_entries(const SparseLower& pattern, const int* row_indices,
   };
   first_entry_.assign(fronts_.size() + 1, 0);
   for_each_entry([&](const PermutedEntry&, size_t front) { ++first_entry_[front + 1]; });
-  accumulate(first_entry_);
+  counts_to_starts(first_entry_);
   std::vector<PermutedEntry> by_front(static_cast<size_t>(first_entry_.back()));
   std::vector<int> next = first_entry_;
   for_each_entry([&](const PermutedEntry& entry, size_t front) {
@@ -132,8 +132,8 @@ void FrontTree::set_runs(const int* row_indices) {
     for (const int c : children(static_cast<int>(f))) {
       Front& child = fronts_[static_cast<size_t>(c)];
       child.first_run = runs_.size();
-      for (int row = 0; row < child.num_updated(); ++row) {
-        const size_t at = child.rows + static_cast<size_t>(child.num_columns + row);
+      for (int row = 0; row < child.num_below(); ++row) {
+        const size_t at = child.rows_start + static_cast<size_t>(child.num_columns + row);
         const int place = row_in_parent[static_cast<size_t>(row_indices[at])];
         const bool follows = row > 0 && place == runs_.back().place + runs_.back().length;
         // A run ends at the parent's last column, because the panel and the update are separate arrays.

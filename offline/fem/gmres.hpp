@@ -1,4 +1,4 @@
-// Generalised minimal residuals (GMRES) for A x = b: A square, possibly unsymmetric, preconditioned from the right.
+// Generalised minimal residuals (GMRES) for A x = b with an unsymmetric A, preconditioned from the right.
 //
 // Source: Saad and Schultz 1986. No restarts: each iteration stores two vectors.
 #pragma once
@@ -10,8 +10,8 @@
 
 namespace palpate {
 
-// `apply(v)` returns A v; `precondition(v)` replaces v by about A^-1 v and returns success. Returns true and
-// sets x where |b - A x| <= tolerance |b|.
+// `apply(v)` returns A v. `precondition(v)` replaces v by about A^-1 v and returns success. Returns true and
+// sets x once |b - A x| <= tolerance |b|; each of at most `max_sweeps` sweeps adds a basis vector.
 template <typename Apply, typename Precondition>
 [[nodiscard]] bool gmres(const Apply& apply, const Precondition& precondition, const Eigen::VectorXd& b,
                          double tolerance, int max_sweeps, Eigen::VectorXd& x) {
@@ -39,7 +39,7 @@ template <typename Apply, typename Precondition>
       for (int i = 0; i <= sweep; ++i) x += weights[i] * preconditioned[static_cast<size_t>(i)];
       return x.allFinite();
     }
-    if (!(length > 1e-14 * length_before)) return false;
+    if (!(length > 1e-14 * length_before)) return false;  // rounding: the basis cannot grow
     basis.push_back(next / length);
   }
   return false;

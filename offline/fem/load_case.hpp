@@ -8,15 +8,14 @@
 
 namespace palpate {
 
-// Held dofs with their displacements, forces on free dofs, pressures on faces. The first three members have
-// num_dofs entries.
+// Held dofs and their displacements, forces on free dofs, pressures on faces. Vectors have num_dofs entries.
 struct LoadCase {
-  std::vector<char> held;
+  std::vector<char> held;        // 1 at held dofs, else 0
   Eigen::VectorXd displacement;  // valid at held dofs; length unit
   Eigen::VectorXd force;         // valid at free dofs; force unit
   FacePressures pressures;       // follow their faces
 
-  // No loads; `model.fixed` is held at zero.
+  // Returns a case without loads in which the dofs of `model.fixed` are held at zero.
   static LoadCase rest(const Model& model);
 };
 

@@ -5,11 +5,11 @@ namespace palpate {
 LoadPath::LoadPath(const LoadCase& from, const std::function<LoadCase(double)>& loads, const Model& model,
                    const Eigen::VectorXd& displacement, const Eigen::VectorXd& internal)
     : loads_(loads), held_(loads(1.0).held), pressure_offset_(from.pressures) {
-  Eigen::VectorXd pushed = Eigen::VectorXd::Zero(displacement.size());
-  add_pressure_force(model, from.pressures, displacement, pushed);
+  Eigen::VectorXd pressure_force = Eigen::VectorXd::Zero(displacement.size());
+  add_pressure_force(model, from.pressures, displacement, pressure_force);
   Eigen::VectorXd force = from.force;
   for (Eigen::Index dof = 0; dof < force.size(); ++dof) {
-    if (from.held[static_cast<size_t>(dof)]) force[dof] = internal[dof] - pushed[dof];
+    if (from.held[static_cast<size_t>(dof)]) force[dof] = internal[dof] - pressure_force[dof];
   }
   const LoadCase first = loads(0.0);
   displacement_offset_ = displacement - first.displacement;

@@ -20,7 +20,7 @@ class LoadPath {
   LoadPath(const LoadCase& from, const std::function<LoadCase(double)>& loads, const Model& model,
            const Eigen::VectorXd& displacement, const Eigen::VectorXd& internal);
 
-  // Time in [0, 1]; at 1 equal to loads(1) to the bit. For loads constant in time, times beyond 1 extrapolate.
+  // Returns the loads at time 0 .. 1; at(1) equals loads(1) to the bit. Constant loads extrapolate above 1.
   LoadCase at(double time) const;
 
  private:

@@ -26,7 +26,7 @@ void add_run(const FrontTree::Run& run, int first, const Real* from, Real* to) {
 template <typename Real>
 constexpr Real kSmallestPivot = 64 * std::numeric_limits<Real>::epsilon();
 
-// A power of two near 1 / magnitude: scaling by it is exact.
+// Returns a power of two near 1 / magnitude: a scale that is a power of two adds no rounding.
 double inverse_power_of_two(double magnitude) {
   if (!(magnitude > 0) || !std::isfinite(magnitude)) return 1;
   return std::ldexp(1.0, -std::clamp(std::ilogb(magnitude), -1000, 1000));
@@ -43,13 +43,13 @@ Multifrontal<Real>::Multifrontal(const FrontTree& tree, int threads) : tree_(&tr
   for (Branch& branch : branches_) {
     std::array<size_t, 2> top = {0, 0};
     for (int front = tree[branch.root].first_within; front <= branch.root; ++front)
-      wait(front, top, branch_room);
+      track_stacks(front, top, branch_room);
     branch.update = std::make_unique_for_overwrite<Real[]>(tree[branch.root].update_entries());
     updates_[static_cast<size_t>(branch.root)] = branch.update.get();
   }
   std::array<size_t, 2> trunk_room = {0, 0};
   std::array<size_t, 2> top = {0, 0};
-  for (const int front : trunk_) wait(front, top, trunk_room);
+  for (const int front : trunk_) track_stacks(front, top, trunk_room);
 
   int most_columns = 0;
   for (int front = 0; front < tree.size(); ++front)
@@ -65,42 +65,42 @@ Multifrontal<Real>::Multifrontal(const FrontTree& tree, int threads) : tree_(&tr
   panels_ = std::make_unique_for_overwrite<Real[]>(tree.panel_entries());
 }
 
-// Splits the costliest branch into its children, repeatedly. Keeps the division with the least estimated time.
+// Repeatedly splits the costliest branch into its children, and keeps the division of least estimated time.
 template <typename Real>
 void Multifrontal<Real>::divide() {
   const FrontTree& tree = *tree_;
-  std::vector<double> cost(static_cast<size_t>(tree.size()));  // cost of the subtree
+  std::vector<double> cost(static_cast<size_t>(tree.size()));  // operations of the subtree
   std::vector<std::pair<double, int>> roots;
   for (int front = 0; front < tree.size(); ++front) {
-    double& mine = cost[static_cast<size_t>(front)];
-    mine += tree[front].operations;
+    double& subtree_cost = cost[static_cast<size_t>(front)];
+    subtree_cost += tree[front].operations;
     if (tree[front].parent >= 0) {
-      cost[static_cast<size_t>(tree[front].parent)] += mine;
+      cost[static_cast<size_t>(tree[front].parent)] += subtree_cost;
     } else {
-      roots.emplace_back(mine, front);
+      roots.emplace_back(subtree_cost, front);
     }
   }
-  const auto time_of = [&](const std::vector<std::pair<double, int>>& sorted, double trunk) {
+  const auto time_of = [&](const std::vector<std::pair<double, int>>& sorted, double trunk_cost) {
     std::vector<double> busy(static_cast<size_t>(threads_), 0.0);
     for (const auto& [branch_cost, root] : sorted) *std::min_element(busy.begin(), busy.end()) += branch_cost;
-    return trunk + *std::max_element(busy.begin(), busy.end());
+    return trunk_cost + *std::max_element(busy.begin(), busy.end());
   };
   const auto costliest_first = [](const auto& a, const auto& b) {
     return a.first != b.first ? a.first > b.first : a.second < b.second;
   };
   std::sort(roots.begin(), roots.end(), costliest_first);
   std::vector<std::pair<double, int>> best = roots;
-  double trunk = 0;
-  double best_time = time_of(roots, trunk);
-  const int splits = threads_ == 1 ? 0 : 16 * threads_;
-  for (int split = 0; split < splits && !roots.empty(); ++split) {
+  double trunk_cost = 0;
+  double best_time = time_of(roots, trunk_cost);
+  const int max_splits = threads_ == 1 ? 0 : 16 * threads_;
+  for (int split = 0; split < max_splits && !roots.empty(); ++split) {
     const int root = roots.front().second;
     if (tree.children(root).empty()) break;
-    trunk += is_wide(tree[root]) ? tree[root].operations / threads_ : tree[root].operations;
+    trunk_cost += is_wide(tree[root]) ? tree[root].operations / threads_ : tree[root].operations;
     roots.erase(roots.begin());
     for (const int child : tree.children(root)) roots.emplace_back(cost[static_cast<size_t>(child)], child);
     std::sort(roots.begin(), roots.end(), costliest_first);
-    const double time = time_of(roots, trunk);
+    const double time = time_of(roots, trunk_cost);
     if (time < best_time) {
       best_time = time;
       best = roots;
@@ -118,13 +118,14 @@ void Multifrontal<Real>::divide() {
   }
 }
 
-// Tracks the two stacks during a front's elimination: pushes its update on one, pops its children's updates
-// from the other.
+// Tracks the stacks of pending updates: a front pushes its update, then pops the updates of its children.
+// `top` is the use of each stack in entries, `peak` the largest use so far.
 template <typename Real>
-void Multifrontal<Real>::wait(int front, std::array<size_t, 2>& top, std::array<size_t, 2>& most) const {
+void Multifrontal<Real>::track_stacks(int front, std::array<size_t, 2>& top,
+                                      std::array<size_t, 2>& peak) const {
   const size_t parity = static_cast<size_t>((*tree_)[front].depth & 1);
   if (!is_branch_root_[static_cast<size_t>(front)]) top[parity] += (*tree_)[front].update_entries();
-  most[parity] = std::max(most[parity], top[parity]);
+  peak[parity] = std::max(peak[parity], top[parity]);
   for (const int child : tree_->children(front)) {
     if (!is_branch_root_[static_cast<size_t>(child)]) top[1 - parity] -= (*tree_)[child].update_entries();
   }
@@ -163,13 +164,13 @@ bool Multifrontal<Real>::eliminate(int index, Workspace& workspace, int threads)
   const int rows = front.num_rows;
   const int columns = front.num_columns;
   const size_t parity = static_cast<size_t>(front.depth & 1);
-  Real* panel = panels_.get() + front.panel;
-  const auto pivot = [&](int column) { return panel[static_cast<ptrdiff_t>(column) * (rows + 1)]; };
+  Real* panel = panels_.get() + front.panel_start;
+  const auto diagonal = [&](int column) { return panel[static_cast<ptrdiff_t>(column) * (rows + 1)]; };
   std::fill_n(panel, static_cast<size_t>(rows) * static_cast<size_t>(columns), Real(0));
   for (const FrontTree::Entry& entry : tree_->entries(index))
     panel[entry.target] = static_cast<Real>(scale_ * values_[entry.source]);
   for (int column = 0; column < columns; ++column)
-    workspace.diagonal[static_cast<size_t>(column)] = pivot(column);
+    workspace.diagonal[static_cast<size_t>(column)] = diagonal(column);
   add_children(index, panel, nullptr, false);
 
   Real*& update = updates_[static_cast<size_t>(index)];
@@ -178,30 +179,30 @@ bool Multifrontal<Real>::eliminate(int index, Workspace& workspace, int threads)
   char* negative = pivots_ == Pivots::positive ? nullptr : negative_.data() + front.first_column;
   if (!eliminate_columns(front, panel, update, negative, threads)) return false;
   for (int column = 0; column < columns; ++column) {
-    const Real root = pivot(column);
-    const Real before = std::abs(workspace.diagonal[static_cast<size_t>(column)]);
-    if (!(root * root > kSmallestPivot<Real> * before)) return false;
+    const Real root_of_pivot = diagonal(column);  // L_jj
+    const Real original = std::abs(workspace.diagonal[static_cast<size_t>(column)]);
+    if (!(root_of_pivot * root_of_pivot > kSmallestPivot<Real> * original)) return false;
   }
   add_children(index, nullptr, update, true);
   std::array<size_t, 2> unused = {0, 0};
-  wait(index, workspace.top, unused);
+  track_stacks(index, workspace.top, unused);
   return true;
 }
 
-// Adds the children's updates to the front: to `panel` in its columns, or to `update` (`above`) below them.
+// Adds the children's updates to a front: to U in `update` if `to_update`, else to its columns in `panel`.
 template <typename Real>
-void Multifrontal<Real>::add_children(int index, Real* panel, Real* update, bool above) const {
+void Multifrontal<Real>::add_children(int index, Real* panel, Real* update, bool to_update) const {
   const Front& front = (*tree_)[index];
   for (const int c : tree_->children(index)) {
-    const ptrdiff_t n = (*tree_)[c].num_updated();
+    const ptrdiff_t n = (*tree_)[c].num_below();
     const std::span<const FrontTree::Run> runs = tree_->runs_in_parent(c);
     for (auto columns = runs.begin(); columns != runs.end(); ++columns) {
-      if (above != (columns->place >= front.num_columns)) continue;
+      if (to_update != (columns->place >= front.num_columns)) continue;
       for (int j = 0; j < columns->length; ++j) {
         const ptrdiff_t place = columns->place + j;
         // Start of the front's rows in this column.
-        Real* to = above ? update + (place - front.num_columns) * front.num_updated() - front.num_columns
-                         : panel + place * front.num_rows;
+        Real* to = to_update ? update + (place - front.num_columns) * front.num_below() - front.num_columns
+                             : panel + place * front.num_rows;
         const Real* from = updates_[static_cast<size_t>(c)] + (columns->row + j) * n;
         add_run(*columns, j, from, to);
         for (auto rows = columns + 1; rows != runs.end(); ++rows) add_run(*rows, 0, from, to);
@@ -225,7 +226,7 @@ void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {
   }
   carried_.resize(tree.total_rows() * static_cast<size_t>(columns));
   const auto carried = [&](const Front& front) {
-    return carried_.data() + front.rows * static_cast<size_t>(columns);
+    return carried_.data() + front.rows_start * static_cast<size_t>(columns);
   };
   const auto forward = [&](int index) {
     const Front& front = tree[index];
@@ -237,7 +238,7 @@ void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {
       for (int row = 0; row < front.num_columns; ++row)
         to[row] = static_cast<Real>(b[tree.permutation()[static_cast<size_t>(front.first_column + row)]] *
                                     scales[static_cast<size_t>(column)]);
-      std::fill_n(to + front.num_columns, front.num_updated(), Real(0));
+      std::fill_n(to + front.num_columns, front.num_below(), Real(0));
       for (const int c : tree.children(index)) {
         const Front& child = tree[c];
         const Real* from = carried(child) +
@@ -246,22 +247,22 @@ void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {
         for (const FrontTree::Run& run : tree.runs_in_parent(c)) add_run(run, 0, from, to);
       }
     }
-    const Real* panel = panels_.get() + front.panel;
+    const Real* panel = panels_.get() + front.panel_start;
     solve_left(CblasNoTrans, front.num_columns, columns, panel, rows, w, rows);
-    if (front.num_updated() > 0)
-      subtract_product(CblasNoTrans, front.num_updated(), front.num_columns, columns,
-                       panel + front.num_columns, rows, w, w + front.num_columns, rows);
+    if (front.num_below() > 0)
+      subtract_product(CblasNoTrans, front.num_below(), front.num_columns, columns, panel + front.num_columns,
+                       rows, w, w + front.num_columns, rows);
   };
   const auto backward = [&](int index) {
     const Front& front = tree[index];
     const int rows = front.num_rows;
     Real* w = carried(front);
-    const Real* panel = panels_.get() + front.panel;
+    const Real* panel = panels_.get() + front.panel_start;
     for (int row = 0; row < front.num_columns; ++row) {
       if (!negative_[static_cast<size_t>(front.first_column + row)]) continue;
       for (int column = 0; column < columns; ++column) w[row + static_cast<ptrdiff_t>(column) * rows] *= -1;
     }
-    if (front.num_updated() > 0) {
+    if (front.num_below() > 0) {
       const Front& parent = tree[front.parent];
       for (int column = 0; column < columns; ++column) {
         const Real* from =
@@ -270,7 +271,7 @@ void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {
         for (const FrontTree::Run& run : tree.runs_in_parent(index))
           std::copy_n(from + run.place, run.length, to + run.row);
       }
-      subtract_product(CblasTrans, front.num_updated(), front.num_columns, columns, panel + front.num_columns,
+      subtract_product(CblasTrans, front.num_below(), front.num_columns, columns, panel + front.num_columns,
                        rows, w + front.num_columns, w, rows);
     }
     solve_left(CblasTrans, front.num_columns, columns, panel, rows, w, rows);

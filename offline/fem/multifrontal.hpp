@@ -1,6 +1,6 @@
 // Numeric factor K = L S L^T of a sparse symmetric matrix by the multifrontal method, threaded, in double or
-// single precision. S = 1 gives the Cholesky factor. Otherwise S holds the signs of the pivots; the number of
-// negative signs equals the number of negative eigenvalues of K (Sylvester's law of inertia).
+// single precision. S = 1 gives the Cholesky factor. Otherwise S holds the signs of the pivots. The number of
+// negative signs is the number of negative eigenvalues of K (Sylvester's law of inertia).
 //
 // The factor exchanges no pivots. An indefinite K may meet an accidentally small pivot and a large L; the
 // caller must check the residual.
@@ -31,8 +31,8 @@ class Multifrontal {
   // Allocates all memory of a factor: panel_entries() of the tree and the stacks. Throws std::bad_alloc.
   Multifrontal(const FrontTree& tree, int threads);
 
-  // Factors the matrix with these values on the tree's pattern. Cost: sum of Front::operations. False, and
-  // solve() is invalid, where:
+  // Factors the matrix with these values on the tree's pattern. Cost: sum of Front::operations. Returns
+  // false, and solve() is then invalid, where:
   //   1. pivots must be positive and the matrix is not positive definite to the rounding of Real, or
   //   2. pivots may have either sign and a pivot is rounding.
   [[nodiscard]] bool factorize(const double* values, Pivots pivots = Pivots::positive);
@@ -45,8 +45,8 @@ class Multifrontal {
  private:
   struct Workspace {                   // memory of one thread
     std::unique_ptr<Real[]> stack[2];  // pending updates, at even and odd depth
-    std::array<size_t, 2> top;
-    std::vector<Real> diagonal;  // diagonal of the front's columns before the elimination
+    std::array<size_t, 2> top;         // entries in use of each stack
+    std::vector<Real> diagonal;        // scaled diagonal of K in the front's columns
   };
   struct Branch {
     int root;
@@ -54,14 +54,14 @@ class Multifrontal {
   };
 
   void divide();
-  void wait(int front, std::array<size_t, 2>& top, std::array<size_t, 2>& most) const;
+  void track_stacks(int front, std::array<size_t, 2>& top, std::array<size_t, 2>& peak) const;
   bool eliminate(int front, Workspace& workspace, int threads);
-  void add_children(int front, Real* panel, Real* update, bool above) const;
+  void add_children(int front, Real* panel, Real* update, bool to_update) const;
   void solve_block(double* right_hand_sides, int columns);
 
   const FrontTree* tree_;
   int threads_;
-  std::vector<Branch> branches_;  // in order of falling cost
+  std::vector<Branch> branches_;  // in descending order of cost
   std::vector<char> is_branch_root_;
   std::vector<int> trunk_;
   std::vector<Workspace> workers_;
@@ -72,8 +72,7 @@ class Multifrontal {
   Pivots pivots_ = Pivots::positive;
   std::vector<char> negative_;  // for every column of L: whether S is -1
   double scale_ = 1;            // scale of the factored matrix, a power of two
-  // scratch of solve_block: one entry for each row of every front and each column
-  std::vector<Real> carried_;
+  std::vector<Real> carried_;   // w of solve_block(), for all rows of every front and each column
 };
 
 extern template class Multifrontal<double>;

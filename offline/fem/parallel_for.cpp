@@ -4,7 +4,7 @@
 //   sets the job, opens it  -->  open | how many inside  -->  enter while it is open, run the job, leave
 //   runs the job, closes it, waits until nobody is inside
 //
-// A thread that arrives after the gate has closed waits again: a finished loop does not wait for late threads.
+// A thread that finds the gate closed waits again: a finished loop does not wait for late threads.
 #include "offline/fem/parallel_for.hpp"
 
 #include <chrono>
@@ -37,7 +37,7 @@ class Team {
   Team& operator=(const Team&) = delete;
   ~Team() {
     stopping_ = true;
-    call();
+    wake_threads();
   }
 
   void run(int threads, void (*job)(void*, int), void* context) {
@@ -50,7 +50,7 @@ class Team {
     context_ = context;
     job_threads_ = threads;
     gate_.store(kOpen, std::memory_order_release);
-    call();
+    wake_threads();
     job(context, 0);
     gate_.fetch_and(~kOpen, std::memory_order_acq_rel);
     for (int spins = 0; gate_.load(std::memory_order_acquire) != 0; ++spins) {
@@ -77,7 +77,7 @@ class Team {
     }
   }
 
-  void call() {
+  void wake_threads() {
     round_.fetch_add(1, std::memory_order_release);
     round_.notify_all();
   }

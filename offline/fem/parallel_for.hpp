@@ -16,7 +16,7 @@ namespace palpate {
 void run_on_threads(int threads, void (*run)(void* context, int worker), void* context);
 
 // Calls work(index, worker) once for each index below `count`, on at most `threads` threads. `worker` is
-// below both numbers; concurrent calls have different workers.
+// below `threads` and `count`; concurrent calls have different workers.
 template <typename Work>
 void parallel_for(int threads, int count, Work&& work) {
   struct Loop {

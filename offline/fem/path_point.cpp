@@ -10,12 +10,12 @@ std::vector<double> limit_load_factors(const std::vector<PathPoint>& path) {
     const PathPoint& a = path[i - 2];
     const PathPoint& b = path[i - 1];
     const PathPoint& c = path[i];
-    const double before = (b.load_factor - a.load_factor) / (b.arc_length - a.arc_length);
-    const double behind = (c.load_factor - b.load_factor) / (c.arc_length - b.arc_length);
-    if ((before < 0) == (behind < 0)) continue;
+    const double slope_before = (b.load_factor - a.load_factor) / (b.arc_length - a.arc_length);
+    const double slope_after = (c.load_factor - b.load_factor) / (c.arc_length - b.arc_length);
+    if ((slope_before < 0) == (slope_after < 0)) continue;
     // l = l_b + slope (s - s_b) + curvature (s - s_b)^2
-    const double curvature = (behind - before) / (c.arc_length - a.arc_length);
-    const double slope = before + curvature * (b.arc_length - a.arc_length);
+    const double curvature = (slope_after - slope_before) / (c.arc_length - a.arc_length);
+    const double slope = slope_before + curvature * (b.arc_length - a.arc_length);
     found.push_back(b.load_factor - slope * slope / (4 * curvature));
   }
   return found;

@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 template <int kNodes>
-double volume_of(const Model& model, const Tetrahedron& element) {
+double reference_volume(const Model& model, const Tetrahedron& element) {
   typename TetrahedronShape<kNodes>::Nodal positions;
   for (int a = 0; a < kNodes; ++a)
     positions.col(a) =
@@ -37,7 +37,8 @@ SharedVolumes::SharedVolumes(const Model& model) : model_(&model), patch_of_(mod
       const Tetrahedron& element = model.elements[static_cast<std::size_t>(e)];
       patch_of_[static_cast<std::size_t>(e)] = num_patches();
       nodes.insert(nodes.end(), element.nodes().begin(), element.nodes().end());
-      volume += element.num_nodes == 4 ? volume_of<4>(model, element) : volume_of<10>(model, element);
+      volume +=
+          element.num_nodes == 4 ? reference_volume<4>(model, element) : reference_volume<10>(model, element);
     }
     std::ranges::sort(nodes);
     nodes_.insert(nodes_.end(), nodes.begin(), std::unique(nodes.begin(), nodes.end()));
@@ -76,15 +77,15 @@ void SharedVolumes::finish(State& state) const {
 }
 
 void SharedVolumes::gradient(const State& state, int patch, std::vector<double>& gradient) const {
-  const std::span<const int> of_patch = nodes(patch);
-  gradient.assign(3 * of_patch.size(), 0.0);
+  const std::span<const int> patch_nodes = nodes(patch);
+  gradient.assign(3 * patch_nodes.size(), 0.0);
   const auto p = static_cast<std::size_t>(patch);
   for (std::size_t i = element_starts_[p]; i < element_starts_[p + 1]; ++i) {
     const auto e = static_cast<std::size_t>(elements_[i]);
-    const std::span<const int> of_element = model_->elements[e].nodes();
-    for (std::size_t a = 0; a < of_element.size(); ++a) {
-      const auto place =
-          static_cast<std::size_t>(std::ranges::lower_bound(of_patch, of_element[a]) - of_patch.begin());
+    const std::span<const int> element_nodes = model_->elements[e].nodes();
+    for (std::size_t a = 0; a < element_nodes.size(); ++a) {
+      const auto place = static_cast<std::size_t>(std::ranges::lower_bound(patch_nodes, element_nodes[a]) -
+                                                  patch_nodes.begin());
       for (std::size_t axis = 0; axis < 3; ++axis)
         gradient[3 * place + axis] += state.gradients[e][3 * a + axis];
     }

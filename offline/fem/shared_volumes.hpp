@@ -1,17 +1,17 @@
 // Volume changes that several elements, or the points of one element, share (mean dilatation).
 //
-// Source: Nagtegaal, Parks and Rice 1974; Simo, Taylor and Pister 1985 for one element; de Souza Neto, Andrade Pires
-// and Owen 2005 for patches of tetrahedra, without an energy. Here an energy defines the method. With W = W' + U(theta)
-// of volume_split.hpp, a patch p of integration points q with volumes V_q stores
+// Source: Nagtegaal, Parks and Rice 1974; Simo, Taylor and Pister 1985 for one element; de Souza Neto,
+// Andrade Pires and Owen 2005 for patches of tetrahedra, without an energy. Here an energy defines the
+// method. With W = W' + U(theta) of volume_split.hpp, a patch p of points q with volumes V_q stores
 //
 //   sum_q V_q W'(F_q) + V_p U(theta_p),   V_p = sum_q V_q,   theta_p = sum_q V_q theta(F_q) / V_p.
 //
-// The pressure U'(theta_p) is constant in the patch. With G = d(V_p theta_p)/du = sum_q V_q dtheta/dF_q . g_a:
+// The patch has a constant pressure U'(theta_p). With G = d(V_p theta_p)/du = sum_q V_q dtheta/dF_q . g_a:
 //
 //   P_q = dW'/dF + U' dtheta/dF,   K = sum_q V_q g_a . (d2W' + U' d2theta) . g_b + U''/V_p G G^T
 //
-// K is symmetric, couples the patch's nodes only, and is positive definite where both terms are. The elements compute
-// V_q theta, its gradient and the terms inside the sums; this class computes the pressures and the dyad G G^T.
+// K is symmetric and couples only nodes of the patch. K is positive definite where both terms are. Assembly
+// computes V_q theta, its gradient and the terms inside the sums. This class computes pressures and G G^T.
 #pragma once
 
 #include <Eigen/Core>
@@ -43,24 +43,25 @@ class SharedVolumes {
     std::vector<double> stiffnesses;
     double energy = 0;  // sum of V_p U
   };
-  // Returns zeros; the elements add their parts.
+  // Returns volumes of zero; the caller sets volumes and, if requested, gradients of the elements.
   State begin(bool with_gradients) const;
+  // Computes pressures, stiffnesses and energy from the volumes of the elements.
   void finish(State& state) const;
 
   // Computes G: three entries for each node of the patch.
   void gradient(const State& state, int patch, std::vector<double>& gradient) const;
-  // U'' / V_p.
+  // Returns U'' / V_p, the factor of G G^T.
   double dyad_scale(const State& state, int patch) const;
 
  private:
   const Model* model_;
   std::vector<int> patch_of_;
-  // Patch after patch, from starts_[p] to starts_[p + 1].
+  // Elements and nodes patch after patch: patch p has the entries from starts[p] to starts[p + 1].
   std::vector<int> elements_;
   std::vector<std::size_t> element_starts_;
   std::vector<int> nodes_;  // ascending in each patch
   std::vector<std::size_t> node_starts_;
-  std::vector<double> volumes_;
+  std::vector<double> volumes_;  // V_p
 };
 
 }  // namespace palpate

@@ -14,20 +14,19 @@ namespace {
 
 // Armijo's constant: accepted fraction of the energy decrease that the slope predicts.
 constexpr double kSufficientDecrease = 1e-4;
-// A residual reduced to this fraction is progress, whatever the rounding of the energy.
+// A step that reduces the residual to this fraction is accepted without a test of the energy.
 constexpr double kResidualDecrease = 0.9;
 constexpr int kMaxBacktracks = 12;
-// An increment that needs at most this number of factors, the predictor's included, is followed by an
-// increment 1.5 times as long.
+// After an increment with at most this number of factors the next increment is 1.5 times as long.
 constexpr int kEasyFactors = 7;
-// Whole steps of an increment without a merit test.
-constexpr int kBoldSteps = 8;
-// Accepted ratio of the body's motion to the motion that either end's tangent predicts. Near a limit point
-// the ratio is large only if the increment passes it.
-constexpr double kFurthestWay = 1.5;
-// A tangent softened by this factor, without a successful increment, shows a limit point.
+// Whole steps (s = 1) of an increment that may fail both tests of condition 2 (static_solver.hpp).
+constexpr int kNonmonotoneSteps = 8;
+// Largest accepted ratio of the body's motion to the motion that the tangent at the start or the end
+// predicts. Near a limit point a larger ratio shows that the increment passes the limit point.
+constexpr double kMaxMotionRatio = 1.5;
+// A failing increment shows a limit point if its tangent predicts this multiple of the first motion per time.
 constexpr double kLimitPace = 30;
-constexpr double kNoPrediction = std::numeric_limits<double>::infinity();
+constexpr double kNoPrediction = std::numeric_limits<double>::infinity();  // motion of a projected tangent
 
 }  // namespace
 
@@ -84,7 +83,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
     return force <= kRoundings * assembly_->rounding_force(displacement);
   };
   std::optional<double> energy;  // stored energy at `displacement`, once computed
-  int bold_steps = 0;
+  int nonmonotone_steps = 0;
   int fresh_iterations = 0;
   bool stalled = false;  // a whole step with a fresh factor did not reduce the residual
   for (int iteration = 1;; ++iteration) {
@@ -108,7 +107,7 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
         return give_up(StopCause::no_tangent);
     }
     if (iteration == 1) predicted_motion_ += projected ? kNoPrediction : direction.norm();
-    // dPi/ds. Under pressures a true tangent may point uphill; the bound 0 then forbids a rise of the energy.
+    // Slope dPi/ds. The bound 0 forbids a rise of the energy where pressures let the direction point uphill.
     const double slope = std::min(0.0, -residual_force.dot(direction.col(0)));
 
     IterationRecord record;
@@ -138,10 +137,10 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
             load.force.dot(move) + pressure_work(assembly_->model(), load.pressures, displacement, move);
         falls = *trial_energy - work <= *energy + kSufficientDecrease * step * slope;
       }
-      const bool bold = !falls && fresh && !projected && step == 1.0 && bold_steps < kBoldSteps &&
-                        std::isfinite(trial_norm);
-      if (falls || bold) {
-        bold_steps += bold;
+      const bool nonmonotone = !falls && fresh && !projected && step == 1.0 &&
+                               nonmonotone_steps < kNonmonotoneSteps && std::isfinite(trial_norm);
+      if (falls || nonmonotone) {
+        nonmonotone_steps += nonmonotone;
         displacement = trial;
         energy = trial_energy;
         norm = trial_norm;
@@ -219,19 +218,19 @@ bool StaticSolver::take_increment(const LoadCase& load, double load_factor, int 
                                   const SolverSettings& settings, SolveReport& report,
                                   const std::function<void(const IterationRecord&)>& progress) {
   predicted_motion_ = 0;
-  Eigen::MatrixXd jump = Eigen::MatrixXd::Zero(assembly_->num_dofs(), 1);
+  Eigen::MatrixXd held_motion = Eigen::MatrixXd::Zero(assembly_->num_dofs(), 1);
   for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
-    if (load.held[static_cast<size_t>(dof)]) jump(dof, 0) = load.displacement[dof] - displacement[dof];
+    if (load.held[static_cast<size_t>(dof)]) held_motion(dof, 0) = load.displacement[dof] - displacement[dof];
   }
-  if (jump.cwiseAbs().maxCoeff() > 0) {
-    Eigen::MatrixXd follow = -assembly_->tangent_times(displacement, jump);
+  if (held_motion.cwiseAbs().maxCoeff() > 0) {
+    Eigen::MatrixXd response = -assembly_->tangent_times(displacement, held_motion);
     bool projected = false;
-    if (!factor_and_solve(load, displacement, follow, projected, report)) {
+    if (!factor_and_solve(load, displacement, response, projected, report)) {
       report.stopped = StopCause::no_tangent;
       return false;
     }
-    displacement += (jump + follow).col(0);
-    predicted_motion_ = projected ? kNoPrediction : (jump + follow).norm();
+    displacement += (held_motion + response).col(0);
+    predicted_motion_ = projected ? kNoPrediction : (held_motion + response).norm();
   }
   return newton(load, load_factor, increment, displacement, start_force_scale, settings, report, progress);
 }
@@ -239,25 +238,25 @@ bool StaticSolver::take_increment(const LoadCase& load, double load_factor, int 
 bool StaticSolver::stays_on_path(const LoadCase& before, const LoadCase& load, const Eigen::VectorXd& start,
                                  const Eigen::VectorXd& end, SolveReport& report) {
   const Eigen::VectorXd move = end - start;
-  Eigen::VectorXd jump = move;
+  Eigen::VectorXd held_motion = move;
   for (int dof = 0; dof < assembly_->num_dofs(); ++dof) {
-    if (!load.held[static_cast<size_t>(dof)]) jump[dof] = 0;
+    if (!load.held[static_cast<size_t>(dof)]) held_motion[dof] = 0;
   }
-  if (jump.isZero(0.0)) {
+  if (held_motion.isZero(0.0)) {
     constexpr double kRounding = 1e-9;
     const double energy = stored_energy(end);
     const double work =
         before.force.dot(move) + pressure_work(assembly_->model(), before.pressures, start, move);
     if (energy - stored_energy(start) < work - kRounding * (energy + std::abs(work))) return false;
   }
-  const double way = move.norm();
-  if (way <= kFurthestWay * predicted_motion_) return true;
-  Eigen::MatrixXd follow = external_force(assembly_->model(), load, end) -
-                           external_force(assembly_->model(), before, end) -
-                           assembly_->tangent_times(end, jump).col(0);
+  const double motion = move.norm();
+  if (motion <= kMaxMotionRatio * predicted_motion_) return true;
+  Eigen::MatrixXd response = external_force(assembly_->model(), load, end) -
+                             external_force(assembly_->model(), before, end) -
+                             assembly_->tangent_times(end, held_motion).col(0);
   bool projected = false;
-  if (!factor_and_solve(load, end, follow, projected, report) || projected) return false;
-  return way <= kFurthestWay * (jump + follow.col(0)).norm();
+  if (!factor_and_solve(load, end, response, projected, report) || projected) return false;
+  return motion <= kMaxMotionRatio * (held_motion + response.col(0)).norm();
 }
 
 SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadCase(double)>& loads,
@@ -275,8 +274,8 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
   const LoadPath path(from, loads, assembly_->model(), displacement, internal);
 
   double reached = 0;
-  double limit = std::numeric_limits<double>::infinity();  // an increment to this time left the path
-  double first_pace = 0;                                   // predicted motion per time of the first increment
+  double off_path_time = std::numeric_limits<double>::infinity();  // an increment to this time left the path
+  double first_pace = 0;  // predicted motion per time in the first increment
   double increment = std::min({1.0, settings.first_increment, settings.largest_increment});
   while (reached < 1.0) {
     if (report.increments >= settings.max_increments) {
@@ -301,7 +300,7 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
     if (converged && settings.keep_to_path &&
         !stays_on_path(path.at(reached), load, displacement, trial, report)) {
       converged = false;
-      limit = target;
+      off_path_time = target;
     }
     if (converged) {
       displacement = trial;
@@ -319,7 +318,7 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
       increment = 0.5 * (target - reached);
       if (increment < settings.smallest_increment) {
         const bool soft = pace > kLimitPace * first_pace;
-        if (settings.keep_to_path && (soft || (limit > reached && std::isfinite(limit))))
+        if (settings.keep_to_path && (soft || (off_path_time > reached && std::isfinite(off_path_time))))
           report.stopped = StopCause::limit_point;
         return report;
       }

@@ -1,21 +1,21 @@
 // Static equilibrium of a nonlinear organ: Newton-Raphson with load increments and backtracking.
 //
-// Solves Phi(u) = f_ext(u) - P(u) = 0 (Zhong et al. 2005 eq. (6)) for the free dofs, with P the internal forces. The
-// path from rest selects the equilibrium, so loads and held displacements ramp.
+// Solves Phi(u) = f_ext(u) - P(u) = 0 (Zhong et al. 2005 eq. (6)) for the free dofs, with P the internal
+// forces. The path from rest selects the equilibrium, so loads and held displacements ramp.
 //
-// One iteration solves K(u) du = f_ext(u) - P(u), then backtracks u + s du, s = 1, 1/2, ... A trial is accepted where:
+// An iteration solves K(u) du = f_ext(u) - P(u), then tries u + s du, s = 1, 1/2, ... A trial is accepted if:
 //   1. det F > 0 in every element (except at small strain), and
-//   2. the residual falls by a small share, or the total potential energy by a small share of its predicted fall.
-// Condition 1 keeps the path away from inverted states, where eq. (1) still gives finite stress. Condition 2 names two
-// measures: the residual must rise while a slender body turns, and rounding hides the energy near the solution.
+//   2. the residual falls by a tenth, or the total potential energy by a small share of its predicted fall.
+// Condition 1 excludes inverted states, where eq. (1) still gives finite stress. Condition 2 has two tests:
+// the residual must rise while a slender body turns, and rounding hides the energy near the solution.
 //
 // Follower pressures have no potential; their work during the trial step enters the energy. Their tangent is
-// unsymmetric at a free rim of the loaded patch. The factor is then that of the symmetric part. Where the
-// symmetric part is indefinite, the factor is that of projected element tangents, whose negative eigenvalues are set to
-// 0. GMRES corrects the difference. Without pressures, projected element tangents give a descent direction.
+// unsymmetric at a free rim of the loaded patch: the solver factors the symmetric part, and GMRES corrects
+// the difference. Where the symmetric part is indefinite, the solver factors projected element tangents, with
+// negative eigenvalues set to 0. Without pressures, projected tangents give descent directions.
 //
 // A straight step stretches a slender or stiff body that turns: energy and residual both rise. An increment
-// therefore accepts a few whole steps of a true tangent that fail condition 2.
+// therefore accepts a few whole steps (s = 1) of an unprojected tangent that fail condition 2.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,21 +33,20 @@ namespace palpate {
 
 struct SolverSettings {
   // Tolerance of |f_ext - P| over the free dofs, relative to the force scale: |P| over held dofs plus |f_ext|
-  // (2-norms). The force scale is the larger of the current state's and the ramp start's, since a released
-  // organ has no force of its own. 1e-10 leaves about 10 digits in the reactions.
+  // (2-norms). The larger scale of the current state and the ramp's start counts, as a released organ has no
+  // force of its own. 1e-10 leaves about 10 digits in the reactions.
   double residual_tolerance = 1e-10;
-  // Iterations with their own factor, before the increment restarts in double precision, and again before it is cut.
+  // Limit of fresh factors in each attempt of an increment: first in single, then in double precision.
   int max_iterations = 30;
-  // converged increments, as INC of Abaqus' *STEP; smallest_increment bounds the cuts
-  int max_increments = 100;
-  double first_increment = 1.0;  // fraction of the ramp
-  double smallest_increment = 1e-5;
+  int max_increments = 100;          // converged increments, as INC of Abaqus' *STEP
+  double first_increment = 1.0;      // fraction of the ramp
+  double smallest_increment = 1e-5;  // the solve stops instead of a shorter increment
   double largest_increment = 1.0;
   // Modified Newton: the previous factor is reused while an iteration reduces the residual at least to this
   // fraction. 0 = factor in every iteration.
   double reuse_contraction = 0.2;
-  // Keeps follow() on its path: an increment is cut where the body moves further than the tangents at its
-  // ends explain. The solve then stops at a limit point of the load instead of jumping to another
+  // Keeps follow() on its path: an increment is cut where the body moves further than the tangents at both
+  // ends predict. The solve then stops at a limit point of the load instead of jumping to another
   // equilibrium. Cost: one more factor for each increment that moves far.
   bool keep_to_path = false;
 };
@@ -125,21 +124,21 @@ class StaticSolver {
   // is unchanged.
   SolveReport correct(const LoadCase& load, Eigen::VectorXd& displacement, const SolverSettings& settings);
 
-  // Solves K_ff du_f = df_f - K_fc du_c at an equilibrium: the linearised DD function. `directions`: du_c as
-  // columns of num_dofs rows, nonzero at held dofs only. `forces`: df as many columns, or none. Returns
-  // full-length columns of du, exact to 1e-10 or to the condition of K. Requires a positive definite K and no
-  // pressures. False where K is indefinite or leaves fewer than six digits. Cost: K is assembled
-  // once. A column takes two or more back-solves where the factor is of another state.
+  // Solves K_ff du_f = df_f - K_fc du_c at an equilibrium: the linearised DD function. `directions` are
+  // columns du_c of num_dofs rows, nonzero at held dofs only; `forces` are as many columns df, or empty.
+  // Returns columns du exact to 1e-10 or to the condition of K. Returns false under pressures and where K is
+  // indefinite or leaves fewer than six digits. Cost: one assembly; two or more back-solves a column with an
+  // old factor.
   [[nodiscard]] bool tangent_response(const LoadCase& load, const Eigen::VectorXd& displacement,
                                       const Eigen::MatrixXd& directions, Eigen::MatrixXd& response,
                                       const Eigen::MatrixXd& forces = {});
 
-  // Factors K at `displacement` without the held dofs of `load`. False where K is not positive definite;
-  // conjugate gradients detect this only in the solve.
+  // Factors K at `displacement` without the held dofs of `load`. Returns false where K is not positive
+  // definite; conjugate gradients detect this only in the solve.
   [[nodiscard]] bool factorize_at(const LoadCase& load, const Eigen::VectorXd& displacement, bool project);
 
-  // Solves K_ff x_f = b_f with the current factor. Ignores rows at held dofs and returns zeros there. False
-  // where conjugate gradients found K not positive definite.
+  // Solves K_ff x_f = b_f with the current factor. Ignores rows at held dofs and sets them to 0. Returns
+  // false if conjugate gradients fail.
   [[nodiscard]] bool back_solve(Eigen::MatrixXd& columns);
 
   // Forces a fresh factor in the next solve: its result then does not depend on earlier solves.
@@ -147,10 +146,10 @@ class StaticSolver {
 
   const Assembly& assembly() const { return *assembly_; }
 
-  // Operations of one factor; 0 with conjugate gradients.
+  // Returns the operations of one factor; 0 with conjugate gradients.
   double factor_operations() const { return cholesky_ ? assembly_->analysis().factor_operations() : 0; }
 
-  // Sum over the object's life.
+  // Sums over the life of the object.
   const SolveSeconds& seconds() const { return seconds_; }
   long num_factorizations() const { return num_factorizations_; }
 
@@ -165,12 +164,12 @@ class StaticSolver {
                       double start_force_scale, const SolverSettings& settings, SolveReport& report,
                       const std::function<void(const IterationRecord&)>& progress);
   // Whether an increment stays on one path. The increment left the path where:
-  //   1. its end has less potential energy than its start, both under the loads of the start, or
-  //   2. the body moved further than the tangents at both ends explain.
+  //   1. no held dof moves, and under the loads of the start its end has less energy than its start, or
+  //   2. the body moved further than each of the tangents at both ends predicts.
   bool stays_on_path(const LoadCase& before, const LoadCase& load, const Eigen::VectorXd& start,
                      const Eigen::VectorXd& end, SolveReport& report);
-  // Attempts with single-precision factors where suitable, then again in double precision. Near an unstable
-  // equilibrium single-precision rounding grows.
+  // Calls attempt() with single-precision factors where suitable. Calls attempt() again in double precision
+  // if rounding may be the cause of a failure: rounding grows near an unstable equilibrium.
   template <typename Attempt>
   bool in_either_precision(SolveReport& report, Attempt&& attempt);
   bool factor_fits(const LoadCase& load) const;  // whether a factor exists with the held dofs of `load`
@@ -178,16 +177,16 @@ class StaticSolver {
   bool solve_equations(Eigen::MatrixXd& columns);
   bool factorize_in(Precision precision, const LoadCase& load, const Eigen::VectorXd& displacement,
                     bool project);
-  // Like back_solve(), after factorize_in(): refines the solution of a single-precision factor. False where
+  // Solves like back_solve() and refines the solution of a single-precision factor. Returns false where the
   // refinement fails.
   bool solve_accurately(Eigen::MatrixXd& columns);
   // Factors K and solves for the free dofs of `columns`. Uses single precision where suitable, and a
   // projected tangent where K is not positive definite.
   bool factor_and_solve(const LoadCase& load, const Eigen::VectorXd& displacement, Eigen::MatrixXd& columns,
                         bool& projected, SolveReport& report);
-  // Gathers the rows of the equations from full-length columns, 0 where held; and scatters back, 0 without equation.
-  Eigen::MatrixXd free_equations(const Eigen::MatrixXd& columns) const;
-  void set_equations(const Eigen::MatrixXd& packed, Eigen::MatrixXd& columns) const;
+  // Gathers the rows of the equations, 0 where held, from full-length columns; scatters them, 0 elsewhere.
+  Eigen::MatrixXd gather_equations(const Eigen::MatrixXd& columns) const;
+  void scatter_equations(const Eigen::MatrixXd& packed, Eigen::MatrixXd& columns) const;
   // Assembles K at a state into stiffness_, pressures included.
   void assemble_tangent(const LoadCase& load, const Eigen::VectorXd& displacement, bool project);
   ElementState internal_force(const Eigen::VectorXd& displacement, Eigen::VectorXd& force,
@@ -196,7 +195,7 @@ class StaticSolver {
 
   const Assembly* assembly_;
   Assembly::SparseLower stiffness_;
-  std::optional<Cholesky> cholesky_;  // one of the two
+  std::optional<Cholesky> cholesky_;  // either cholesky_ or conjugate_gradient_ has a value
   std::optional<ConjugateGradient> conjugate_gradient_;
   SolveSeconds seconds_;
   long num_factorizations_ = 0;
@@ -205,7 +204,7 @@ class StaticSolver {
   bool factor_valid_ = false;
   bool factor_projected_ = false;
   Precision factor_precision_ = Precision::double_precision;
-  bool single_allowed_ = false;  // this attempt met no indefinite or ill-conditioned tangent yet
+  bool single_allowed_ = false;  // until this attempt meets an indefinite or ill-conditioned tangent
   bool single_used_ = false;     // a direction of this attempt used a single-precision factor
 };
 

@@ -8,6 +8,7 @@
 namespace palpate {
 namespace {
 
+// Adds the nodal forces int N_a rho b dV of an element at rest.
 template <int kNodes>
 void add_gravity(const Model& model, const Tetrahedron& element, const Eigen::Vector3d& acceleration,
                  Eigen::VectorXd& force) {
@@ -24,7 +25,7 @@ void add_gravity(const Model& model, const Tetrahedron& element, const Eigen::Ve
   }
 }
 
-// Nodal forces of t dS at rest, or of -p n dS with `pressure`.
+// Adds the nodal forces int N_a (t - p n) dS of a face at rest.
 template <int kNodes>
 void add_traction(const Model& model, const std::array<int, 6>& nodes, const Eigen::Vector3d& traction,
                   double pressure, Eigen::VectorXd& force) {

@@ -12,15 +12,14 @@ namespace palpate {
 
 class StepLoads {
  public:
-  // Keeps references to both.
+  // Keeps references to `model` and `step`.
   StepLoads(const Model& model, const Step& step);
 
-  // Loads at a fraction 0 .. 1 of the step's time. A load without amplitude has its full value at once;
-  // StaticSolver::follow ramps it.
+  // Returns the loads at a fraction 0 .. 1 of the step. StaticSolver::follow ramps loads without amplitude.
   LoadCase at(double fraction) const;
 
  private:
-  double factor(int amplitude, double fraction) const;
+  double factor(int amplitude, double fraction) const;  // of the loads with this amplitude
 
   const Model* model_;
   const Step* step_;

@@ -1,4 +1,4 @@
-// Adds the time of its life to a sum of seconds.
+// A stopwatch adds the time from its construction to its destruction to a sum of seconds.
 #pragma once
 
 #include <chrono>

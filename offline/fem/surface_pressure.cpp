@@ -37,12 +37,12 @@ void for_each_face(const Model& model, const FacePressures& pressures, Visitor&&
 }
 
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d matrix;
+  Eigen::Matrix3d matrix;  // matrix d = v x d
   matrix << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
   return matrix;
 }
 
-// df/dx of one face: 3x3 blocks, a row and a column for each node.
+// Returns df/dx of one face: a row and a column of 3 x 3 blocks for each node.
 template <int kNodes>
 Eigen::Matrix<double, 3 * kNodes, 3 * kNodes> face_tangent(const FaceNodes<kNodes>& x, double pressure) {
   Eigen::Matrix<double, 3 * kNodes, 3 * kNodes> tangent;

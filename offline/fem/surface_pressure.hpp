@@ -21,7 +21,7 @@ using FacePressures = std::map<FaceId, double>;  // force unit / length unit^2, 
 void add_pressure_force(const Model& model, const FacePressures& pressures,
                         const Eigen::VectorXd& displacement, Eigen::VectorXd& force);
 
-// Subtracts the symmetric part of the pressures' tangent from `stiffness`, which has the pattern of `assembly`.
+// Subtracts the symmetric part of the pressures' tangent from `stiffness`, a matrix of assembly.tangent().
 void subtract_pressure_tangent(const Assembly& assembly, const FacePressures& pressures,
                                const Eigen::VectorXd& displacement, Assembly::SparseLower& stiffness);
 
@@ -30,8 +30,8 @@ void subtract_pressure_product(const Model& model, const FacePressures& pressure
                                const Eigen::VectorXd& displacement, const Eigen::VectorXd& vector,
                                Eigen::VectorXd& product);
 
-// Work of the pressures along the straight line from `displacement` to `displacement + step`. Simpson's rule
-// is exact: the forces are quadratic in a face's position.
+// Returns the work of the pressures along the straight line from `displacement` to `displacement + step`.
+// Simpson's rule is exact: the forces are quadratic in a face's position.
 double pressure_work(const Model& model, const FacePressures& pressures, const Eigen::VectorXd& displacement,
                      const Eigen::VectorXd& step);
 

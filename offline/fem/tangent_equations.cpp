@@ -98,25 +98,25 @@ bool StaticSolver::factor_and_solve(const LoadCase& load, const Eigen::VectorXd&
 bool StaticSolver::solve_accurately(Eigen::MatrixXd& columns) {
   if (factor_precision_ == Precision::double_precision) return back_solve(columns);
   // Accepted relative residual of a solve with a single-precision factor; Newton's next residual is seldom
-  // smaller. One correction usually reaches the bound; a worse factor is not worth its speed.
+  // smaller. One correction usually suffices; a factor that needs more than two costs more than it saves.
   constexpr double kAccuracy = 1e-4;
   constexpr int kCorrections = 2;
-  const Eigen::MatrixXd right = free_equations(columns);
-  Eigen::MatrixXd rest = right;
-  Eigen::MatrixXd solution = Eigen::MatrixXd::Zero(right.rows(), right.cols());
+  const Eigen::MatrixXd right_hand_sides = gather_equations(columns);
+  Eigen::MatrixXd residual = right_hand_sides;
+  Eigen::MatrixXd solution = Eigen::MatrixXd::Zero(right_hand_sides.rows(), right_hand_sides.cols());
   for (int correction = 0; correction <= kCorrections; ++correction) {
-    if (!solve_equations(rest)) return false;
-    solution += rest;
-    rest = right - stiffness_.selfadjointView<Eigen::Lower>() * solution;
-    if (rest.norm() <= kAccuracy * right.norm()) {
-      set_equations(solution, columns);
+    if (!solve_equations(residual)) return false;
+    solution += residual;
+    residual = right_hand_sides - stiffness_.selfadjointView<Eigen::Lower>() * solution;
+    if (residual.norm() <= kAccuracy * right_hand_sides.norm()) {
+      scatter_equations(solution, columns);
       return true;
     }
   }
   return false;
 }
 
-Eigen::MatrixXd StaticSolver::free_equations(const Eigen::MatrixXd& columns) const {
+Eigen::MatrixXd StaticSolver::gather_equations(const Eigen::MatrixXd& columns) const {
   Eigen::MatrixXd packed = columns(assembly_->equation_dofs(), Eigen::all);
   for (Eigen::Index equation = 0; equation < packed.rows(); ++equation) {
     if (factored_held_[static_cast<size_t>(equation)]) packed.row(equation).setZero();
@@ -124,15 +124,15 @@ Eigen::MatrixXd StaticSolver::free_equations(const Eigen::MatrixXd& columns) con
   return packed;
 }
 
-void StaticSolver::set_equations(const Eigen::MatrixXd& packed, Eigen::MatrixXd& columns) const {
+void StaticSolver::scatter_equations(const Eigen::MatrixXd& packed, Eigen::MatrixXd& columns) const {
   columns.setZero();
   columns(assembly_->equation_dofs(), Eigen::all) = packed;
 }
 
 bool StaticSolver::back_solve(Eigen::MatrixXd& columns) {
-  Eigen::MatrixXd packed = free_equations(columns);
+  Eigen::MatrixXd packed = gather_equations(columns);
   if (!solve_equations(packed)) return false;
-  set_equations(packed, columns);
+  scatter_equations(packed, columns);
   return true;
 }
 
@@ -141,8 +141,8 @@ bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd&
                                     const Eigen::MatrixXd& forces) {
   constexpr double kTolerance = 1e-10;
   constexpr double kContraction = 0.3;  // a slower contraction costs more than a fresh factor
-  // With the exact factor the second correction is rounding, eps times the condition of K. Above this bound
-  // the solution has too few digits for a fit.
+  // With the exact factor the second correction is rounding, about eps times the condition of K. Above this
+  // bound the solution has too few digits.
   constexpr double kRounding = 1e-6;
   constexpr int kMaxSweeps = 40;
   if (!load.pressures.empty()) return false;
@@ -155,8 +155,8 @@ bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd&
   const std::vector<int>& dofs = assembly_->equation_dofs();
   assemble_tangent(load, displacement, false);
   Eigen::MatrixXd packed = directions(dofs, Eigen::all);
-  double first = 0;
-  double before = std::numeric_limits<double>::infinity();
+  double scale = 0;
+  double last_norm = std::numeric_limits<double>::infinity();
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
     Eigen::MatrixXd correction = -(stiffness_.selfadjointView<Eigen::Lower>() * packed);
     if (forces.size() > 0) correction += forces(dofs, Eigen::all);
@@ -166,22 +166,22 @@ bool StaticSolver::tangent_response(const LoadCase& load, const Eigen::VectorXd&
     if (!solve_equations(correction)) return false;
     const double norm = correction.norm();
     if (!std::isfinite(norm)) return false;
-    if (sweep == 0) first = std::max(norm, directions.norm());
-    if (!exact && norm > kContraction * before) {
+    if (sweep == 0) scale = std::max(norm, directions.norm());
+    if (!exact && norm > kContraction * last_norm) {
       if (!factorize_at(load, displacement, false)) return false;
       assemble_tangent(load, displacement, false);
       exact = true;
-      before = std::numeric_limits<double>::infinity();
+      last_norm = std::numeric_limits<double>::infinity();
       continue;
     }
     packed += correction;
-    const bool only_rounding = exact && norm > kContraction * before && norm <= kRounding * first;
-    if (norm <= kTolerance * first || only_rounding) {
+    const bool only_rounding = exact && norm > kContraction * last_norm && norm <= kRounding * scale;
+    if (norm <= kTolerance * scale || only_rounding) {
       response = directions;
       response(dofs, Eigen::all) = packed;
       return true;
     }
-    before = norm;
+    last_norm = norm;
   }
   return false;
 }

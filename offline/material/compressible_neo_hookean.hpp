@@ -7,14 +7,14 @@
 //
 // Cauchy stress P F^T / J = mu/J (g - 1) + lambda (J - 1) 1 is eq. (2). At F = 1 the tangent is Hooke's law
 // with Lame parameters mu and lambda. These functions require J > 0: P stays finite for J < 0, so a solver
-// must refuse such states itself.
+// must refuse such states itself. DyadicTangent holds the coefficients of P and dP.
 #pragma once
 
 #include "offline/material/dyadic_tangent.hpp"
 
 namespace palpate {
 
-// W, per reference volume.
+// Returns W per reference volume.
 inline double strain_energy_density(const CompressibleNeoHookean& law, const Eigen::Matrix3d& F) {
   return compressible_neo_hookean_energy(law.mu, law.lambda, F.squaredNorm(), F.determinant());
 }

@@ -8,17 +8,17 @@
 
 namespace palpate {
 
-// W per reference volume. Requires det F > 0, except for LinearElastic and StVenantKirchhoff.
+// Returns W per reference volume. Requires det F > 0, except for LinearElastic and StVenantKirchhoff.
 inline double strain_energy_density(const Law& law, const Eigen::Matrix3d& F) {
-  return std::visit([&](const auto& one) { return strain_energy_density(one, F); }, law);
+  return std::visit([&](const auto& concrete) { return strain_energy_density(concrete, F); }, law);
 }
 
 inline Eigen::Matrix3d first_piola_kirchhoff(const Law& law, const Eigen::Matrix3d& F) {
-  return std::visit([&](const auto& one) { return first_piola_kirchhoff(one, F); }, law);
+  return std::visit([&](const auto& concrete) { return first_piola_kirchhoff(concrete, F); }, law);
 }
 
 inline StressAndTangent stress_and_tangent(const Law& law, const Eigen::Matrix3d& F) {
-  return std::visit([&](const auto& one) { return stress_and_tangent(one, F); }, law);
+  return std::visit([&](const auto& concrete) { return stress_and_tangent(concrete, F); }, law);
 }
 
 // Whether the law's energy depends on I1 and J alone.
@@ -28,7 +28,7 @@ inline bool has_dyadic_tangent(const Law& law) {
          (invariant != nullptr && invariant->c01 == 0.0);
 }
 
-// Requires has_dyadic_tangent(). Forced inline: the element loop calls this function in every pass.
+// Requires has_dyadic_tangent(). Always inlined, because the element loop calls this function in every pass.
 [[gnu::always_inline]] inline DyadicTangent dyadic_tangent(const Law& law, double I1, double J) {
   const auto* neo_hookean = std::get_if<CompressibleNeoHookean>(&law);
   return neo_hookean != nullptr ? dyadic_tangent(*neo_hookean, I1, J)

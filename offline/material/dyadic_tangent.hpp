@@ -1,4 +1,4 @@
-// Stress and tangent of laws in I1 and J alone, as coefficients of F and F^-T.
+// Stress and tangent of laws in I1 and J alone, from their coefficients of F and H = F^-T.
 #pragma once
 
 #include "offline/material/stress_and_tangent.hpp"

@@ -5,7 +5,7 @@
 //
 // StVenantKirchhoff, E = (F^T F - 1)/2:    W = mu E : E + lambda/2 (tr E)^2,  S = 2 mu E + lambda (tr E) 1
 //   P = F S,   dP[dF] = dF S + F (2 mu dE + lambda (tr dE) 1),   dE = (dF^T F + F^T dF)/2
-// Exact for rigid rotations. Unsuitable for large stretch: the law softens in compression and permits inversion.
+// StVenantKirchhoff is exact for rigid rotations. The law softens in compression and permits inversion.
 #pragma once
 
 #include "offline/material/stress_and_tangent.hpp"

@@ -25,8 +25,8 @@ namespace invariant_law {
 
 struct Kinematics {
   double J;
-  double volume_scale;  // J^(-2/3)
-  Eigen::Matrix3d H;
+  double volume_scale;                 // J^(-2/3)
+  Eigen::Matrix3d H;                   // F^-T
   Eigen::Matrix3d right_cauchy_green;  // F^T F
   double i1;
   double i2;
@@ -43,7 +43,7 @@ inline Eigen::Matrix3d gradient_of_i2(const Kinematics& k, const Eigen::Matrix3d
   return 2.0 * (k.i1 * F - F * k.right_cauchy_green);
 }
 
-// Adds scale times the second derivative of J^-p I, without the second derivative of I.
+// Adds scale (-p (G : dF) H - p (H : dF) G + p^2 I (H : dF) H + p I H dF^T H).
 inline void add_volume_terms(double scale, double p, double I, const Eigen::Matrix3d& G,
                              const Eigen::Matrix3d& H, Matrix9d& tangent) {
   add_dyad(-scale * p, H, G, tangent);
@@ -73,7 +73,7 @@ inline void add_curvature_of_i2(double scale, const Kinematics& k, const Eigen::
 
 }  // namespace invariant_law
 
-// All terms except that of C01.
+// Returns the law without its term of C01.
 inline YeohLaw yeoh_part(const InvariantLaw& law) {
   const auto& [d1, d2, d3] = law.volumetric.inverse_d;
   return {law.c10, law.c20, law.c30, {d1, d2, d3}};
@@ -103,11 +103,11 @@ inline StressAndTangent stress_and_tangent(const InvariantLaw& law, const Eigen:
   const invariant_law::Kinematics k(F);
   StressAndTangent result = full_response(dyadic_tangent(law, k.i1, k.J), F, k.H);
   if (law.c01 != 0.0) {
-    const double second = law.c01 * k.volume_scale * k.volume_scale;
+    const double scale = law.c01 * k.volume_scale * k.volume_scale;
     const Eigen::Matrix3d gradient = invariant_law::gradient_of_i2(k, F);
-    result.first_piola_kirchhoff += second * (gradient - 4.0 / 3.0 * k.i2 * k.H);
-    invariant_law::add_curvature_of_i2(second, k, F, result.tangent);
-    invariant_law::add_volume_terms(second, 4.0 / 3.0, k.i2, gradient, k.H, result.tangent);
+    result.first_piola_kirchhoff += scale * (gradient - 4.0 / 3.0 * k.i2 * k.H);
+    invariant_law::add_curvature_of_i2(scale, k, F, result.tangent);
+    invariant_law::add_volume_terms(scale, 4.0 / 3.0, k.i2, gradient, k.H, result.tangent);
   }
   return result;
 }

@@ -1,4 +1,4 @@
-// The parameters of the constitutive laws; moduli in force unit / length unit^2. Each law has its own header with
+// Parameters of the constitutive laws; moduli in force unit / length unit^2. Each law has its own header with
 // energy, first Piola-Kirchhoff stress and consistent tangent. constitutive_response.hpp selects the law.
 #pragma once
 
@@ -14,10 +14,9 @@ struct CompressibleNeoHookean {
   double lambda = 0;
 };
 
-// Volumetric energy of Abaqus' hyperelastic laws: sum over i of (J - 1)^(2 i) / D_i, i = 1 .. 3. Stores 1 /
-// D_i; 0 omits a term.
+// Volumetric energy of Abaqus' hyperelastic laws: U(J) = sum over i of (J - 1)^(2 i) / D_i, i = 1 .. 3.
 struct VolumetricEnergy {
-  std::array<double, 3> inverse_d = {};
+  std::array<double, 3> inverse_d = {};  // 1 / D_i; 0 omits a term
 };
 
 // NEO HOOKE (C10), MOONEY-RIVLIN (C10, C01) and YEOH (C10, C20, C30) of *HYPERELASTIC; see invariant_law.hpp.
@@ -53,7 +52,7 @@ struct StVenantKirchhoff {
 
 using Law = std::variant<CompressibleNeoHookean, InvariantLaw, Ogden, LinearElastic, StVenantKirchhoff>;
 
-// Hooke's law at F = 1.
+// Moduli of Hooke's law with the same tangent at F = 1, in force unit / length unit^2.
 struct SmallStrainModuli {
   double shear = 0;
   double bulk = 0;

@@ -10,13 +10,13 @@
 namespace palpate {
 
 inline OgdenLaw ogden_law(const Ogden& law) {
-  OgdenLaw numbers = {};
+  OgdenLaw kernel_law = {};
   for (std::size_t i = 0; i < law.terms.size(); ++i) {
-    numbers.mu[i] = law.terms[i].mu;
-    numbers.alpha[i] = law.terms[i].alpha;
+    kernel_law.mu[i] = law.terms[i].mu;
+    kernel_law.alpha[i] = law.terms[i].alpha;
   }
-  std::copy(law.volumetric.inverse_d.begin(), law.volumetric.inverse_d.end(), numbers.inverse_d);
-  return numbers;
+  std::copy(law.volumetric.inverse_d.begin(), law.volumetric.inverse_d.end(), kernel_law.inverse_d);
+  return kernel_law;
 }
 
 // MOONEY-RIVLIN in the stretches: alpha = 2 gives the first isochoric invariant, alpha = -2 the second.
@@ -35,9 +35,9 @@ inline Eigen::Matrix3d first_piola_kirchhoff(const PrincipalTangent& principal) 
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(principal.first_piola_kirchhoff[0]);
 }
 
-// dP_iJ / dF_kL at (i + 3 J, k + 3 L).
+// Returns dP_iJ / dF_kL at (i + 3 J, k + 3 L).
 inline Matrix9d full_tangent(const PrincipalTangent& principal) {
-  const auto dyad = [&](int p, int q) -> Eigen::Matrix3d {
+  const auto dyad = [&](int p, int q) -> Eigen::Matrix3d {  // n_p N_q^T
     return Eigen::Map<const Eigen::Vector3d>(principal.current[p]) *
            Eigen::Map<const Eigen::RowVector3d>(principal.reference[q]);
   };

@@ -18,17 +18,17 @@ struct StressAndTangent {
   Matrix9d tangent;  // dP_iJ / dF_kL at (i + 3 J, k + 3 L)
 };
 
-// Adds scale * a b^T, both as vectors of nine entries.
+// Adds dP = scale a (b : dF).
 inline void add_dyad(double scale, const Eigen::Matrix3d& a, const Eigen::Matrix3d& b, Matrix9d& tangent) {
   tangent.noalias() += (scale * a.reshaped()) * b.reshaped().transpose();
 }
 
-// Adds scale * dF.
+// Adds dP = scale dF.
 inline void add_identity(double scale, Matrix9d& tangent) {
   tangent.diagonal().array() += scale;
 }
 
-// Adds scale * H dF^T H: (H dF^T H)_iJ = H_iL dF_kL H_kJ.
+// Adds dP = scale H dF^T H, where (H dF^T H)_iJ = H_iL dF_kL H_kJ.
 inline void add_transposed(double scale, const Eigen::Matrix3d& H, Matrix9d& tangent) {
   for (int L = 0; L < 3; ++L) {
     for (int k = 0; k < 3; ++k) {

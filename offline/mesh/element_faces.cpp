@@ -12,7 +12,7 @@ namespace {
 constexpr std::array<std::array<std::size_t, 3>, 4> kOutwardFaces = {
     {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
 
-// Local number of the node between two corners of a ten-node element.
+// Returns the local number of the node between two corners of a ten-node element.
 std::size_t middle_of(std::size_t a, std::size_t b) {
   std::size_t edge = 0;
   while (static_cast<std::size_t>(kTetrahedronEdges[edge][0]) != std::min(a, b) ||
@@ -22,7 +22,7 @@ std::size_t middle_of(std::size_t a, std::size_t b) {
   return 4 + edge;
 }
 
-bool is_even(const std::array<int, 3>& nodes) {
+bool is_even(const std::array<int, 3>& nodes) {  // as a permutation of their ascending order
   const int inversions = (nodes[0] > nodes[1]) + (nodes[0] > nodes[2]) + (nodes[1] > nodes[2]);
   return inversions % 2 == 0;
 }

@@ -18,11 +18,11 @@ class FieldReader {
   std::string_view text(std::size_t field) const;
   bool is_empty(std::size_t field) const { return text(field).empty(); }
 
-  double number(std::size_t field) const;                   // an empty field is 0, as in Abaqus
-  double number(std::size_t field, double fallback) const;  // an empty field is `fallback`
-  int integer(std::size_t field, const char* meaning) const;
-  int label(std::size_t field, const char* meaning) const;  // an integer above 0
-  int axis(std::size_t field) const;                        // degree of freedom 1, 2, 3 -> 0, 1, 2
+  double number(std::size_t field) const;                     // an empty field is 0, as in Abaqus
+  double number(std::size_t field, double fallback) const;    // an empty field is `fallback`
+  int integer(std::size_t field, const char* meaning) const;  // `meaning` names the field in messages
+  int label(std::size_t field, const char* meaning) const;    // an integer above 0
+  int axis(std::size_t field) const;                          // degree of freedom 1, 2, 3 -> 0, 1, 2
 
   // Reads a label, or the name of a known set.
   DraftTarget node_or_set(std::size_t field, const Draft& draft) const;

@@ -11,9 +11,9 @@
 namespace palpate {
 namespace {
 
-// Deeper than the nesting of any model; ends a chain of generated files with a message.
+// This depth exceeds the nesting of any model, and bounds a chain of generated files.
 constexpr std::size_t kDeepestInclude = 32;
-// More than the files of any model; ends files that include each other repeatedly.
+// This number exceeds the files of any model, and bounds files that include others repeatedly.
 constexpr int kMostIncludes = 10000;
 
 bool is_comment(std::string_view line) {
@@ -34,12 +34,12 @@ void split_fields(std::string_view line, std::vector<std::string_view>& fields) 
   }
 }
 
-// Whether a canonical path lies in a canonical folder, or in a folder of it.
+// Whether a canonical path lies in a canonical folder, at any depth.
 bool is_below(const std::filesystem::path& folder, const std::filesystem::path& path) {
   return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first == folder.end();
 }
 
-// "Solid  section" -> "SOLID SECTION", behind `mark`.
+// Returns `mark` and the words in upper case: "Solid  section" -> "SOLID SECTION".
 std::string shown_words(std::string_view text, std::string_view mark = {}) {
   std::string shown(mark);
   bool blank = false;
@@ -66,8 +66,8 @@ struct InpLexer::OpenFile {
   std::filesystem::path path;
   std::filesystem::path canonical;
   std::string content;
-  std::size_t next = 0;
-  Place place;  // place of the last line
+  std::size_t next = 0;  // offset of the next line
+  Place place;           // place of the last line
 };
 
 const Parameter* KeywordLine::find(std::string_view parameter) const {
@@ -162,6 +162,7 @@ bool InpLexer::peek_line(std::string_view& line) {
   return found;
 }
 
+// Reads ahead to the next keyword or data line. Opens included files on the way.
 void InpLexer::advance() {
   while (!open_.empty()) {
     std::string_view line;

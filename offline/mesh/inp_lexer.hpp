@@ -44,9 +44,8 @@ struct DataLine {
 
 class InpLexer {
  public:
-  // Opens the model file. All files must lie below `include_root`. Empty: only included files must, and the root is the
-  // folder of the model file.
-  // Throws InputError when a file cannot be read.
+  // Opens the model file. All files must lie below `include_root`. If `include_root` is empty, included files
+  // must lie below the folder of the model file. Throws InputError when a file cannot be read.
   InpLexer(const std::filesystem::path& file, const std::filesystem::path& include_root);
   ~InpLexer();
 
@@ -87,8 +86,8 @@ class InpLexer {
   SourceFiles files_;
   std::vector<std::unique_ptr<OpenFile>> open_;  // the innermost *INCLUDE is last
   int num_opened_ = 0;
-  std::size_t bytes_left_;  // of all files
-  Kind kind_ = Kind::unread;
+  std::size_t bytes_left_;    // of kMaxModelBytes, for all files together
+  Kind kind_ = Kind::unread;  // of the line that advance() has read ahead
   KeywordLine keyword_;
   KeywordLine returned_keyword_;
   DataLine data_;

@@ -60,7 +60,7 @@ int read_load_parameters(const InpLexer& lexer, const KeywordLine& keyword, cons
   return amplitude_of(lexer, keyword, draft);
 }
 
-// ENCASTRE and PINNED both hold the three displacements of a solid's node.
+// Whether a field is ENCASTRE or PINNED, which both hold all three displacements. Refuses other names.
 bool is_named_type(const InpLexer& lexer, const DataLine& line, std::string_view field) {
   if (!is_name(field)) return false;
   const std::string type = normalised_name(field);
@@ -69,7 +69,7 @@ bool is_named_type(const InpLexer& lexer, const DataLine& line, std::string_view
                              " is not supported; write the degrees of freedom, such as 1, 3");
 }
 
-// Returns the unit vector of fields 3 to 5.
+// Returns the unit vector along the components in fields 3 to 5.
 Eigen::Vector3d direction_of(const InpLexer& lexer, const DataLine& line, const FieldReader& fields) {
   const Eigen::Vector3d direction(fields.number(3), fields.number(4), fields.number(5));
   const double length = direction.stableNorm();

@@ -221,7 +221,7 @@ void read_elastic(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   if (E <= 0) lexer.fail(constants.place, "Young's modulus must be above 0; correct it");
   if (nu <= -1 || nu >= 0.5)
     lexer.fail(constants.place, "Poisson's ratio must lie above -1 and below 0.5; correct it");
-  // Small strain until a step with NLGEOM changes the law (inp_resolve).
+  // A step with NLGEOM changes this small-strain law to St. Venant-Kirchhoff (inp_resolve.cpp).
   material.material.law = LinearElastic{E / (2 * (1 + nu)), E * nu / ((1 + nu) * (1 - 2 * nu))};
   material.has_law = true;
 }

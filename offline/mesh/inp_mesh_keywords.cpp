@@ -110,13 +110,13 @@ void read_elements(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
     if (count == 0) element.place = line->place;
     const FieldReader fields(lexer, *line, 1, wanted - count, count == 0 ? layout : "the rest of an element");
     const std::size_t in_line = std::min(line->fields.size(), wanted - count);
-    const bool goes_on = fields.is_empty(in_line - 1);
-    const std::size_t used = goes_on ? in_line - 1 : in_line;
+    const bool continues = fields.is_empty(in_line - 1);
+    const std::size_t used = continues ? in_line - 1 : in_line;
     for (std::size_t i = 0; i < used; ++i) {
       numbers[count] = fields.label(i, count == 0 ? "element label" : "node label");
       ++count;
     }
-    if (count < wanted && goes_on) continue;
+    if (count < wanted && continues) continue;
     if (count < wanted) {
       lexer.fail(line->place, std::string("expected ") + layout + ", found " + std::to_string(count) +
                                   (count == 1 ? " field" : " fields"));

@@ -9,7 +9,7 @@ namespace palpate {
 
 // Reads and checks a model. keywords.md lists the supported keywords; any other keyword is refused by name
 // and line. Throws InputError, one line with file, line and remedy. Cost: linear in the file.
-// `include_root`: *INCLUDE opens only files below this folder, symbolic links resolved; empty: the model's folder.
+// All files must lie below `include_root`, links resolved; if empty, included files below the model's folder.
 Model read_inp(const std::filesystem::path& file, const std::filesystem::path& include_root = {});
 
 }  // namespace palpate

@@ -98,7 +98,7 @@ class Resolver {
     }
   }
 
-  // Stops at the first undefined label, so that a huge range needs no memory.
+  // Returns the sorted members of a set. Stops at the first undefined label: a huge range needs no memory.
   std::vector<int> members(const DraftSet& set, const std::vector<std::pair<int, int>>& index,
                            const char* kind, const char* item, const char* keyword) const {
     std::vector<int> found;

@@ -1,4 +1,4 @@
-// Turns the draft of an .inp file into a Model: resolves labels to indices, carries steps over, checks the model.
+// Turns the draft of an .inp file into a checked Model: resolves labels and carries loads over steps.
 #pragma once
 
 #include <string>

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-// Magnitude and history of a load; its place is the key of a map.
+// Magnitude and amplitude of a load at a place, which is the key in a map.
 template <typename Value>
 struct Scaled {
   Value value;
@@ -21,8 +21,8 @@ struct Scaled {
 };
 using NodeAxis = std::pair<int, int>;
 
-// The loads of a step; starts as a copy of the loads of the step before.
-struct Acting {
+// The loads that act in a step. A step begins with the loads of the step before.
+struct ActingLoads {
   std::map<NodeAxis, Scaled<double>> prescribed;
   std::map<NodeAxis, std::vector<Scaled<double>>> forces;  // forces at one place add up
   std::map<int, Scaled<Eigen::Vector3d>> gravity;          // by element
@@ -143,24 +143,25 @@ class StepResolver {
     if (load.surface < 0) return faces(load.faces, "*DLOAD");
     std::vector<FaceId> all;
     for (const DraftFaces& named : draft_.surfaces[static_cast<std::size_t>(load.surface)].faces) {
-      const std::vector<FaceId> some = faces(named, "*SURFACE");
-      all.insert(all.end(), some.begin(), some.end());
+      const std::vector<FaceId> line_faces = faces(named, "*SURFACE");
+      all.insert(all.end(), line_faces.begin(), line_faces.end());
     }
     std::sort(all.begin(), all.end());
     all.erase(std::unique(all.begin(), all.end()), all.end());
     return all;
   }
 
-  // Adds `load` to the loads `given` by this step. A repeated load must be equal. `where` describes the place
-  // in messages.
+  // Adds `load` to the loads `given` by this step, and refuses a different load at the same place. `where()`
+  // describes the place in messages.
   template <typename Key, typename Value, typename Where>
-  void note(std::map<Key, Scaled<Value>>& given, const Key& key, const Scaled<Value>& load, Place place,
-            const char* what, Where&& where) const {
+  void add_load(std::map<Key, Scaled<Value>>& given, const Key& key, const Scaled<Value>& load, Place place,
+                const char* what, Where&& where) const {
     const auto [known, is_new] = given.try_emplace(key, load);
     if (is_new || (known->second.value == load.value && known->second.amplitude == load.amplitude)) return;
     fail(place, fmt::format("conflicting {} {} in one step; keep one", what, where()));
   }
 
+  // Overwrites acting loads at the places of given loads.
   template <typename Map>
   static void replace(Map& acting, const Map& given) {
     for (const auto& [where, load] : given) acting[where] = load;
@@ -171,15 +172,15 @@ class StepResolver {
     for (const DraftDisplacement& draft : drafts) {
       for (const int node : nodes(draft.target, draft.place, "*BOUNDARY")) {
         for (int axis = draft.first_axis; axis <= draft.last_axis; ++axis) {
-          note(given, {node, axis}, {draft.value, draft.amplitude}, draft.place, "displacements of node",
-               [&] { return node_label(node) + " along " + "xyz"[axis]; });
+          add_load(given, {node, axis}, {draft.value, draft.amplitude}, draft.place, "displacements of node",
+                   [&] { return node_label(node) + " along " + "xyz"[axis]; });
         }
       }
     }
     replace(acting_.prescribed, given);
   }
 
-  // As in CalculiX, forces at one node and axis add up within a step and replace the forces of the step before.
+  // As in CalculiX, forces at a node and axis add up within a step and replace the forces of the step before.
   void apply_forces(const std::vector<DraftForce>& drafts) {
     std::map<NodeAxis, std::vector<Scaled<double>>> given;
     for (const DraftForce& draft : drafts) {
@@ -220,8 +221,8 @@ class StepResolver {
                                 printable(model_.materials[static_cast<std::size_t>(material)].name) +
                                 " has no mass; add *DENSITY below *MATERIAL");
         }
-        note(given, element, {draft.value, draft.amplitude}, draft.place, "gravity at element",
-             [&] { return element_label(element); });
+        add_load(given, element, {draft.value, draft.amplitude}, draft.place, "gravity at element",
+                 [&] { return element_label(element); });
       }
     }
     replace(acting_.gravity, given);
@@ -234,8 +235,9 @@ class StepResolver {
     for (const DraftFaceLoad<Value>& draft : drafts) {
       if ((draft.surface >= 0) != of_surfaces) continue;
       for (const FaceId& face : loaded_faces(draft)) {
-        note(given, face, {draft.value, draft.amplitude}, draft.place, what,
-             [&] { return std::to_string(face.face + 1) + " of element " + element_label(face.element); });
+        add_load(given, face, {draft.value, draft.amplitude}, draft.place, what, [&] {
+          return std::to_string(face.face + 1) + " of element " + element_label(face.element);
+        });
       }
     }
     replace(acting, given);
@@ -256,18 +258,18 @@ class StepResolver {
   ArcLengthControl resolve_riks(const DraftStep& draft) {
     bool changes =
         draft.boundary_op.is_new || draft.cload_op.is_new || draft.dload_op.is_new || draft.dsload_op.is_new;
-    const auto look = [&](const auto& loads) {
+    const auto check_changes = [&](const auto& loads) {
       for (const auto& load : loads) {
         changes = true;
         if (load.amplitude != kRamp)
           fail(load.place, "*STATIC, RIKS finds the factor of its loads itself; remove AMPLITUDE");
       }
     };
-    look(draft.prescribed);
-    look(draft.forces);
-    look(draft.gravity);
-    look(draft.pressures);
-    look(draft.tractions);
+    check_changes(draft.prescribed);
+    check_changes(draft.forces);
+    check_changes(draft.gravity);
+    check_changes(draft.pressures);
+    check_changes(draft.tractions);
     if (!changes) {
       fail(draft.riks->place,
            "*STATIC, RIKS has no path to follow, as its step changes no load and moves nothing; add *CLOAD, "
@@ -284,8 +286,8 @@ class StepResolver {
     if (draft.riks->node_label != 0)
       control.node = nodes({draft.riks->node_label}, draft.riks->data_place, "*STATIC, RIKS").front();
     for (const DraftRiks::Watched& watched : draft.riks->watched) {
-      const std::vector<int> some = nodes({0, watched.set}, watched.place, "the request");
-      control.watched.insert(control.watched.end(), some.begin(), some.end());
+      const std::vector<int> members = nodes({0, watched.set}, watched.place, "the request");
+      control.watched.insert(control.watched.end(), members.begin(), members.end());
     }
     std::sort(control.watched.begin(), control.watched.end());
     control.watched.erase(std::unique(control.watched.begin(), control.watched.end()), control.watched.end());
@@ -340,7 +342,7 @@ class StepResolver {
   Model& model_;
   std::vector<char> used_;      // whether an element has the node
   std::vector<char> is_outer_;  // for each face of each element; empty until needed
-  Acting acting_;
+  ActingLoads acting_;
 };
 
 }  // namespace

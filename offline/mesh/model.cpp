@@ -35,11 +35,10 @@ std::vector<char> Model::fixed_nodes() const {
 }
 
 int Model::find_node(int label) const {
-  // Labels mostly count up without gaps.
+  // Most labels count up without gaps: the first guess is the offset from the first label.
   if (label_index.empty() || label < label_index.front().first) return -1;
-  const size_t in_a_row = static_cast<size_t>(label) - static_cast<size_t>(label_index.front().first);
-  if (in_a_row < label_index.size() && label_index[in_a_row].first == label)
-    return label_index[in_a_row].second;
+  const size_t offset = static_cast<size_t>(label) - static_cast<size_t>(label_index.front().first);
+  if (offset < label_index.size() && label_index[offset].first == label) return label_index[offset].second;
   const auto found = std::lower_bound(label_index.begin(), label_index.end(), std::pair(label, 0));
   return found != label_index.end() && found->first == label ? found->second : -1;
 }

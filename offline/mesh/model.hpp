@@ -82,16 +82,15 @@ struct FaceId {
   friend auto operator<=>(const FaceId&, const FaceId&) = default;
 };
 
-// A pressure into the element (force unit / length unit^2). With NLGEOM it acts on the current normal and
-// area, else on the normal and area at rest.
+// A pressure into the element (force unit / length unit^2). With NLGEOM the pressure acts on the current
+// normal and area, else on the normal and area at rest.
 struct FacePressure {
   FaceId face;
   double value = 0;
   int amplitude = kRamp;
 };
 
-// A force per area at rest with constant direction: the averaged traction of Zhong et al. 2005 eq. (7) (force
-// unit / length unit^2).
+// A force per area at rest with constant direction, force unit / length unit^2: Zhong et al. 2005 eq. (7).
 struct FaceTraction {
   FaceId face;
   Eigen::Vector3d value = Eigen::Vector3d::Zero();
@@ -125,8 +124,8 @@ struct Step {
   double smallest_increment = 1e-5;
   double largest_increment = 1.0;  // at least first_increment; with RIKS possibly infinite
   std::optional<ArcLengthControl> riks;
-  std::vector<PrescribedDisplacement>
-      prescribed;  // unique; contains Model::fixed at zero, unless a step moves or releases it
+  // Each dof once. Contains the dofs of Model::fixed at zero, unless a step moves or releases them.
+  std::vector<PrescribedDisplacement> prescribed;
   std::vector<NodalForce> forces;  // forces at one place add up, in all lists
   std::vector<FacePressure> pressures;
   std::vector<FaceTraction> tractions;
@@ -143,8 +142,8 @@ struct Model {
   std::vector<Material> materials;
   std::map<std::string, std::vector<int>> node_sets;     // upper-case name -> sorted node indices
   std::map<std::string, std::vector<int>> element_sets;  // upper-case name -> sorted element indices
-  std::vector<PrescribedDisplacement>
-      fixed;  // homogeneous *BOUNDARY before the first *STEP, sorted by (node, axis)
+  // Homogeneous *BOUNDARY before the first *STEP, sorted by (node, axis).
+  std::vector<PrescribedDisplacement> fixed;
   std::vector<Amplitude> amplitudes;
   std::vector<Step> steps;
   std::vector<std::string> warnings;  // "file:line: ...", such as skipped output requests
@@ -152,7 +151,7 @@ struct Model {
   int num_nodes() const { return static_cast<int>(positions.size()); }
   int num_dofs() const { return 3 * num_nodes(); }
 
-  // Whether no step has NLGEOM: loads then act on the body at rest.
+  // Whether a law is LinearElastic. No step then has NLGEOM, and loads act on the body at rest.
   bool small_strain() const;
 
   // For each dof (num_dofs) and each node (num_nodes): whether `fixed` holds the dof, or any dof of the node.

@@ -64,7 +64,7 @@ void check_volumes(const Model& model, const ModelOrigin& origin) {
     if (twice != sorted.end()) fail(fmt::format("names node {} twice; correct it", label(model, *twice)));
     const double volume = signed_volume(model, element);
     const double edge = longest_edge(model, element);
-    // This form also refuses an overflow of the cube or of a coordinate difference.
+    // The negated comparison also refuses an overflow of the cube or of a coordinate difference.
     if (!(std::abs(volume) > kFlat * edge * edge * edge)) {
       fail(fmt::format("is flat (volume {:.3g}, longest edge {:.3g}); remesh there", volume, edge));
     }
@@ -127,14 +127,14 @@ void warn_unused_nodes(Model& model) {
 constexpr double kLockingPoissonRatio = 0.45;
 
 void warn_locking(Model& model) {
-  std::vector<char> linear(model.materials.size(), 0);  // has four-node elements that lock
+  std::vector<char> may_lock(model.materials.size(), 0);  // has four-node elements that share no volume
   for (const Tetrahedron& element : model.elements) {
     if (element.num_nodes == 4 && element.volume_patch < 0)
-      linear[static_cast<std::size_t>(element.material)] = 1;
+      may_lock[static_cast<std::size_t>(element.material)] = 1;
   }
-  for (std::size_t i = 0; i < linear.size(); ++i) {
+  for (std::size_t i = 0; i < may_lock.size(); ++i) {
     const Material& material = model.materials[i];
-    if (!linear[i]) continue;
+    if (!may_lock[i]) continue;
     const double nu = small_strain_moduli(material.law).poisson_ratio();
     if (nu <= kLockingPoissonRatio + 1e-12) continue;
     model.warnings.push_back(

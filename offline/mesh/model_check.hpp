@@ -17,14 +17,13 @@ struct ModelOrigin {
 //   1. elements exist, and each has a positive volume above rounding,
 //   2. no face belongs to three elements, or to two elements on its same side,
 //   3. every part is held against rigid motion by Model::fixed, or in a model with steps by each step.
-// Appends to Model::warnings for unused nodes, for parts attached by a corner or an edge, and for four-node
-// elements that lock.
+// Appends warnings: unused nodes, parts attached by a corner or an edge, four-node elements that lock.
 void check_model(Model& model, const ModelOrigin& origin);
 
 // Throws InputError at `where` unless `held` holds every part.
 void check_held(const Model& model, const std::vector<PrescribedDisplacement>& held, const SourceLine& where);
 
-// Signed volume (x1 - x0) . ((x2 - x0) x (x3 - x0)) / 6 of an element's corners, length unit^3.
+// Returns the signed volume (x1 - x0) . ((x2 - x0) x (x3 - x0)) / 6 of an element's corners, length unit^3.
 double signed_volume(const Model& model, const Tetrahedron& element);
 
 // Warns about parts that only a corner or an edge attaches, unless `held` stops their rotation.

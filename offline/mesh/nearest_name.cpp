@@ -33,7 +33,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 // Returns the name in `known` with the fewest letter changes from `name`, ignoring case; the first of equals.
-// Empty where more than a third of the letters differ.
+// Returns "" where more than a third of the letters differ.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& known) {
   // The table is quadratic, and no misspelt name is this long.
   constexpr std::size_t kLongest = 200;

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// "; did you mean PROBE?", or `otherwise` where no name in `known` is near.
+// Returns "; did you mean PROBE?", or `otherwise` where no name in `known` is near.
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& known,
                          std::string_view otherwise = {});
 

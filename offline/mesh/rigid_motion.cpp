@@ -15,21 +15,23 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-// A motion is free below this smallest eigenvalue of the rows' Gram matrix, divided by the number of rows.
-// Lengths are relative to the radius of the held nodes. Three nodes within a millionth of a line do not stop
-// the rotation about the line; rounding is about 1e-15.
+// A motion is free if the smallest eigenvalue of the rows' Gram matrix, divided by the number of rows, is at
+// most this. Lengths are relative to the radius of the held nodes. Three nodes within a millionth of a line
+// do not stop the rotation about the line; rounding is about 1e-15.
 constexpr double kFreeMotion = 1e-12;
 
-int root_of(std::vector<int>& parent, int node) {
-  while (parent[static_cast<std::size_t>(node)] != node) {
-    int& above = parent[static_cast<std::size_t>(node)];
+// Returns the root of an item in a forest of disjoint sets, and shortens the path to the root.
+int root_of(std::vector<int>& parent, int item) {
+  while (parent[static_cast<std::size_t>(item)] != item) {
+    int& above = parent[static_cast<std::size_t>(item)];
     above = parent[static_cast<std::size_t>(above)];
-    node = above;
+    item = above;
   }
-  return node;
+  return item;
 }
 
-// Describes the free motion: one of the six motions along and about the axes, where one fits.
+// Describes a motion that the rows (rigid_motion.hpp) of Gram matrix `gram` leave free; empty if they leave
+// none.
 std::string free_motion(const Matrix6d& gram) {
   const char* names[6] = {"move along x",
                           "move along y",
@@ -45,6 +47,7 @@ std::string free_motion(const Matrix6d& gram) {
   return "move as a whole";
 }
 
+// Describes a rigid motion that the held degrees of freedom leave free; empty if they stop all six.
 std::string free_motion(const Model& model, const std::vector<PrescribedDisplacement>& held) {
   if (held.empty()) return "move along x";
   const auto position = [&](const PrescribedDisplacement& dof) -> const Eigen::Vector3d& {
@@ -67,8 +70,8 @@ std::string free_motion(const Model& model, const std::vector<PrescribedDisplace
   return free_motion(gram / static_cast<double>(held.size()));
 }
 
-// Numbers the parts of elements joined face to face, from 0.
-std::vector<int> face_joined_parts(const Model& model) {
+// Returns the block of each element (hinged_parts()), numbered from 0.
+std::vector<int> number_blocks(const Model& model) {
   std::vector<int> parent(model.elements.size());
   std::iota(parent.begin(), parent.end(), 0);
   const std::vector<ElementFace> faces = sorted_faces(model);
@@ -77,14 +80,37 @@ std::vector<int> face_joined_parts(const Model& model) {
     parent[static_cast<std::size_t>(root_of(parent, faces[i].element))] =
         root_of(parent, faces[i - 1].element);
   }
-  std::vector<int> part(parent.size(), -1);
-  int num_parts = 0;
-  for (std::size_t element = 0; element < part.size(); ++element) {
-    int& number = part[static_cast<std::size_t>(root_of(parent, static_cast<int>(element)))];
-    if (number < 0) number = num_parts++;
-    part[element] = number;
+  std::vector<int> block_of_root(parent.size(), -1);
+  std::vector<int> block(parent.size());
+  int num_blocks = 0;
+  for (std::size_t element = 0; element < block.size(); ++element) {
+    int& number = block_of_root[static_cast<std::size_t>(root_of(parent, static_cast<int>(element)))];
+    if (number < 0) number = num_blocks++;
+    block[element] = number;
   }
-  return part;
+  return block;
+}
+
+std::vector<std::set<int>> nodes_of_blocks(const Model& model) {
+  const std::vector<int> block = number_blocks(model);
+  const int num_blocks = block.empty() ? 0 : 1 + *std::max_element(block.begin(), block.end());
+  std::vector<std::set<int>> nodes(static_cast<std::size_t>(num_blocks));
+  for (std::size_t element = 0; element < block.size(); ++element) {
+    const std::span<const int> of_element = model.elements[element].nodes();
+    nodes[static_cast<std::size_t>(block[element])].insert(of_element.begin(), of_element.end());
+  }
+  return nodes;
+}
+
+// Appends to `stopped` the entries of `held` at the node. `held` is sorted by node.
+void append_held(int node, const std::vector<PrescribedDisplacement>& held,
+                 std::vector<PrescribedDisplacement>& stopped) {
+  const auto by_node = [](const PrescribedDisplacement& a, const PrescribedDisplacement& b) {
+    return a.node < b.node;
+  };
+  const auto [begin, end] =
+      std::equal_range(held.begin(), held.end(), PrescribedDisplacement{node, 0, 0}, by_node);
+  stopped.insert(stopped.end(), begin, end);
 }
 
 }  // namespace
@@ -120,8 +146,8 @@ std::vector<LoosePart> loose_parts(const Model& model, const std::vector<Prescri
   }
   std::vector<std::vector<PrescribedDisplacement>> held_in(first_node.size());
   for (const PrescribedDisplacement& dof : held) {
-    const int where = part[static_cast<std::size_t>(dof.node)];
-    if (where >= 0) held_in[static_cast<std::size_t>(where)].push_back(dof);
+    const int of_dof = part[static_cast<std::size_t>(dof.node)];
+    if (of_dof >= 0) held_in[static_cast<std::size_t>(of_dof)].push_back(dof);
   }
   std::vector<LoosePart> loose;
   for (std::size_t i = 0; i < first_node.size(); ++i) {
@@ -131,46 +157,37 @@ std::vector<LoosePart> loose_parts(const Model& model, const std::vector<Prescri
   return loose;
 }
 
+// A fixed block stops its nodes, and these nodes may fix a neighbouring block. Passes over the blocks end
+// when a pass fixes no more of them.
 std::vector<LoosePart> hinged_parts(const Model& model, const std::vector<PrescribedDisplacement>& held) {
-  const std::vector<int> part_of = face_joined_parts(model);
-  const int num_parts = part_of.empty() ? 0 : 1 + *std::max_element(part_of.begin(), part_of.end());
-  if (num_parts < 2) return {};
-  std::vector<std::set<int>> nodes(static_cast<std::size_t>(num_parts));
-  for (std::size_t element = 0; element < part_of.size(); ++element) {
-    const std::span<const int> own = model.elements[element].nodes();
-    nodes[static_cast<std::size_t>(part_of[element])].insert(own.begin(), own.end());
-  }
-  const auto by_node = [](const PrescribedDisplacement& a, const PrescribedDisplacement& b) {
-    return a.node < b.node;
-  };
-  std::vector<char> stands(nodes.size(), 0);
-  std::vector<char> node_stands(model.positions.size(), 0);
+  const std::vector<std::set<int>> nodes = nodes_of_blocks(model);
+  if (nodes.size() < 2) return {};
+  std::vector<char> is_block_fixed(nodes.size(), 0);
+  std::vector<char> is_node_fixed(model.positions.size(), 0);
   std::vector<LoosePart> hinged;
   for (bool changed = true; changed;) {
     changed = false;
     hinged.clear();
-    for (std::size_t part = 0; part < nodes.size(); ++part) {
-      if (stands[part]) continue;
+    for (std::size_t block = 0; block < nodes.size(); ++block) {
+      if (is_block_fixed[block]) continue;
       std::vector<PrescribedDisplacement> stopped;
-      int free_node = *nodes[part].begin();
-      for (const int node : nodes[part]) {
-        if (node_stands[static_cast<std::size_t>(node)]) {
+      int free_node = *nodes[block].begin();
+      for (const int node : nodes[block]) {
+        if (is_node_fixed[static_cast<std::size_t>(node)]) {
           for (int axis = 0; axis < 3; ++axis) stopped.push_back({node, axis, 0});
-          continue;
+        } else {
+          free_node = node;
+          append_held(node, held, stopped);
         }
-        free_node = node;
-        const auto own =
-            std::equal_range(held.begin(), held.end(), PrescribedDisplacement{node, 0, 0}, by_node);
-        stopped.insert(stopped.end(), own.first, own.second);
       }
       std::string motion = free_motion(model, stopped);
       if (!motion.empty()) {
         hinged.push_back({free_node, std::move(motion)});
         continue;
       }
-      stands[part] = 1;
+      is_block_fixed[block] = 1;
       changed = true;
-      for (const int node : nodes[part]) node_stands[static_cast<std::size_t>(node)] = 1;
+      for (const int node : nodes[block]) is_node_fixed[static_cast<std::size_t>(node)] = 1;
     }
   }
   return hinged;

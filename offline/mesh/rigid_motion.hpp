@@ -8,27 +8,29 @@
 
 namespace palpate {
 
-// Returns for each node its part, connected through shared nodes of elements. Parts are numbered by first
-// node; -1 for a node without element.
+// Returns the part of each node, and -1 for a node without element. A part is a set of elements that are
+// connected through nodes. Parts are numbered by first node.
 std::vector<int> connected_parts(const Model& model);
 
-// A part with a free rigid motion.
+// Names a set of elements with a free rigid motion.
 struct LoosePart {
-  int node = 0;        // one of its nodes
-  std::string motion;  // "move along x", "turn about an axis along z", or "move as a whole"
+  int node = 0;        // a node of the set
+  std::string motion;  // "move along x", "turn about an axis along z"; "move as a whole": any other motion
 };
 
-// Returns the parts that `held` leaves loose, by first node; prescribed values do not matter.
+// Returns the parts that `held` leaves loose, by first node. Prescribed values do not matter.
 //
-// A motion t + w x (x - c), with any fixed point c, leaves a held dof (node, axis) in place if its component along the
-// axis is 0 there. Each held dof is thus a row of six numbers; rank 6 of the rows holds a part.
+// A rigid motion moves a point p by t + w x (p - c), with any fixed point c. A held dof (node, axis) demands
+// that this displacement is 0 along the axis, which is a row of six numbers on (t, w). Rank 6 of the rows
+// holds a part.
 std::vector<LoosePart> loose_parts(const Model& model, const std::vector<PrescribedDisplacement>& held);
 
-// Returns parts that may move about the corner or edge that attaches them. A part here is a set of elements that
-// share faces. A part is fixed where its held dofs and the nodes that it shares with fixed parts stop all six rigid
-// motions; the function returns the others. It looks at one part at a time, so that it also returns parts that only
-// hold each other. `held` is sorted by node. Cost: O(elements log elements), and a pass over the nodes for each part
-// of a chain of parts.
+// Returns the blocks that may move about the corner or edge that attaches them. A block is a set of elements
+// that are joined face to face. A block is fixed if its held dofs and the nodes that it shares with fixed
+// blocks stop all six rigid motions. The function judges one block at a time, so it also returns blocks that
+// only hold each other. It returns none if all elements are one block. Call it where loose_parts() finds
+// none. `held` is sorted by node. Cost: O(elements log elements), and a pass over the nodes for each block of
+// a chain of blocks.
 std::vector<LoosePart> hinged_parts(const Model& model, const std::vector<PrescribedDisplacement>& held);
 
 }  // namespace palpate

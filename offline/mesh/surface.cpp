@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// Rounding of path lengths would otherwise decide whether a node at exactly the radius is inside.
+// Relative tolerance of the radius, so that rounding does not exclude a node at exactly the radius.
 constexpr double kRadiusTolerance = 1e-9;
 
 std::size_t at(int index) {
@@ -47,8 +47,8 @@ Surface extract_surface(const Model& model) {
   std::vector<std::array<int, 3>> corner_triangles;
   for (std::size_t i = 0; i < faces.size(); ++i) {
     const bool shared_before = i > 0 && faces[i - 1].sorted == faces[i].sorted;
-    const bool shared_behind = i + 1 < faces.size() && faces[i + 1].sorted == faces[i].sorted;
-    if (shared_before || shared_behind) continue;
+    const bool shared_after = i + 1 < faces.size() && faces[i + 1].sorted == faces[i].sorted;
+    if (shared_before || shared_after) continue;
     const auto& [a, b, c] = faces[i].outward;
     const auto& [ab, bc, ca] = faces[i].middles;
     corner_triangles.push_back(faces[i].outward);

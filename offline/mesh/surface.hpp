@@ -16,7 +16,7 @@ struct Surface {
   // Neighbours along edges, in compressed rows over all nodes of the model; rows of inner nodes are empty.
   std::vector<int> neighbour_start;  // num_nodes + 1
   std::vector<int> neighbours;
-  std::vector<double> neighbour_distance;  // length of that edge
+  std::vector<double> neighbour_distance;  // lengths of the edges to `neighbours`
 };
 
 // Collects the faces that belong to exactly one element. Cost: O(elements log elements).
@@ -26,7 +26,7 @@ Surface extract_surface(const Model& model);
 // `centre`. This distance excludes the opposite wall of a fissure.
 std::vector<int> nodes_within(const Surface& surface, int centre, double radius);
 
-// Area-weighted outward unit normal at each node of the model (zero off the surface).
+// Returns the area-weighted outward unit normal at each node of the model; zero off the surface.
 std::vector<Eigen::Vector3d> outward_normals(const Model& model, const Surface& surface);
 
 }  // namespace palpate

@@ -3,7 +3,7 @@
 // In barycentric coordinates L_0 .. L_3 of the corners:
 //   4 nodes:   N_i = L_i
 //   10 nodes:  N_i = L_i (2 L_i - 1) at the corners, N_ij = 4 L_i L_j at the middles of the edges
-//              01 12 02 03 13 23, in this order, which is that of Abaqus' C3D10 and of VTK.
+//              01 12 02 03 13 23, in the order of Abaqus' C3D10 and of VTK.
 // Local coordinates are L_1, L_2, L_3; the reference element has volume 1/6. Four-node elements use one point
 // at the centroid. Ten-node elements use four points, exact for polynomials of degree 2 (Hammer, Marlowe,
 // Stroud 1956): the volume of an element with curved edges is approximate.
@@ -26,7 +26,7 @@ struct TetrahedronShape {
   static constexpr int kPoints = kNodes == 4 ? 1 : 4;
   using Nodal = Eigen::Matrix<double, 3, kNodes>;  // a column for each node
 
-  // Barycentric coordinates of an integration point. All points have equal weights.
+  // Returns the barycentric coordinates of an integration point. All points have equal weights.
   static Eigen::Vector4d point(int index) {
     if constexpr (kNodes == 4) return Eigen::Vector4d::Constant(0.25);
     Eigen::Vector4d L = Eigen::Vector4d::Constant((5.0 - std::sqrt(5.0)) / 20.0);
@@ -34,7 +34,7 @@ struct TetrahedronShape {
     return L;
   }
 
-  // N_a at L, for each node a.
+  // Returns N_a at L, for each node a.
   static Eigen::Matrix<double, kNodes, 1> values(const Eigen::Vector4d& L) {
     if constexpr (kNodes == 4) {
       return L;
@@ -49,9 +49,9 @@ struct TetrahedronShape {
     }
   }
 
-  // dN_a / dL_i for i = 1 .. 3, with L_0 = 1 - L_1 - L_2 - L_3.
+  // Returns dN_a / dL_i for i = 1 .. 3, with L_0 = 1 - L_1 - L_2 - L_3.
   static Nodal local_gradients(const Eigen::Vector4d& L) {
-    // dN_a / dL_i as if the four L_i were independent; the last line subtracts the column of the dependent L_0.
+    // dN_a / dL_i as if the four L_i were independent; the last line subtracts the row of the dependent L_0.
     Eigen::Matrix<double, 4, kNodes> dN = Eigen::Matrix<double, 4, kNodes>::Zero();
     for (int i = 0; i < 4; ++i) dN(i, i) = kNodes == 4 ? 1.0 : 4.0 * L[i] - 1.0;
     if constexpr (kNodes == 10) {
@@ -65,8 +65,8 @@ struct TetrahedronShape {
   }
 };
 
-// dN_a/dX at an integration point of an element with these node positions, and the part of the
-// element's volume that the point stands for.
+// dN_a/dX at an integration point of an element with the given node positions, and the share of the point in
+// the volume of the element.
 template <int kNodes>
 struct ShapeAtPoint {
   typename TetrahedronShape<kNodes>::Nodal gradients;

@@ -18,8 +18,7 @@ std::optional<double> parse_number(std::string_view text);
 // Parses all of `text` as an integer, such as "+5"; refuses "5.".
 std::optional<int> parse_integer(std::string_view text);
 
-// Normalises a name for comparison: upper case, no blanks. A name in double quotes keeps its letters and
-// loses the quotes.
+// Normalises a name: upper case, no blanks. A name in double quotes keeps its letters and loses the quotes.
 std::string normalised_name(std::string_view text);
 
 // Makes `text` fit a one-line message: no control characters, at most `longest` bytes.

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-// The four-node elements with their face neighbours of the same group.
+// The face neighbours of each element within its group.
 class Neighbours {
  public:
   Neighbours(const Model& model, const std::vector<int>& group) : of_(model.elements.size()) {
@@ -30,13 +30,14 @@ class Neighbours {
   std::vector<std::vector<int>> of_;
 };
 
+// Divides the four-node elements of each group into patches of about `target_size` elements.
 class PatchGrower {
  public:
-  PatchGrower(Model& model, const std::vector<int>& group, int wanted)
-      : model_(model), wanted_(static_cast<std::size_t>(wanted)), neighbours_(model, group) {
+  PatchGrower(Model& model, const std::vector<int>& group, int target_size)
+      : model_(model), target_size_(static_cast<std::size_t>(target_size)), neighbours_(model, group) {
     for (std::size_t e = 0; e < model.elements.size(); ++e) {
       if (group[e] < 0 || model.elements[e].num_nodes != 4) continue;
-      all_.push_back(static_cast<int>(e));
+      elements_.push_back(static_cast<int>(e));
       for (const int other : neighbours_.of(static_cast<int>(e))) free_neighbours_[other] += 1;
     }
   }
@@ -49,7 +50,7 @@ class PatchGrower {
       if (seed < 0) break;
       grow_from(seed);
     }
-    join_small_ones();
+    join_small_patches();
     std::vector<std::vector<int>> patches;
     for (std::vector<int>& patch : patches_) {
       if (!patch.empty()) patches.push_back(std::move(patch));
@@ -67,24 +68,25 @@ class PatchGrower {
     return sum / 4;
   }
 
+  // Returns the free element beside a patch with fewest free neighbours, else any free element, else -1.
   int next_seed(std::size_t& next) {
     while (!front_.empty()) {
       const auto [free, e] = front_.top();
       front_.pop();
       if (is_free(e) && free_neighbours_[e] == free) return e;
     }
-    while (next < all_.size() && !is_free(all_[next])) ++next;
-    return next < all_.size() ? all_[next] : -1;
+    while (next < elements_.size() && !is_free(elements_[next])) ++next;
+    return next < elements_.size() ? elements_[next] : -1;
   }
 
-  // Adds the neighbour with the fewest new nodes; ties go to the neighbour nearest to the patch's centre.
+  // Grows a patch by the neighbour with the fewest new nodes, at a tie the neighbour nearest to its centre.
   void grow_from(int seed) {
     const auto number = static_cast<int>(patches_.size());
     std::vector<int> patch;
     std::vector<int> nodes;
     std::vector<int> candidates = {seed};
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    while (patch.size() < wanted_ && !candidates.empty()) {
+    while (patch.size() < target_size_ && !candidates.empty()) {
       const Eigen::Vector3d middle =
           patch.empty() ? centre(seed) : Eigen::Vector3d(sum / static_cast<double>(patch.size()));
       const auto rank = [&](int e) {
@@ -115,19 +117,19 @@ class PatchGrower {
   }
 
   // Joins a small patch to its smallest neighbour; a shared face counts as minus half an element.
-  void join_small_ones() {
+  void join_small_patches() {
     std::vector<std::size_t> order(patches_.size());
     for (std::size_t p = 0; p < order.size(); ++p) order[p] = p;
     std::ranges::stable_sort(order, {}, [&](std::size_t p) { return patches_[p].size(); });
     for (const std::size_t p : order) {
-      if (2 * patches_[p].size() > wanted_) continue;
+      if (2 * patches_[p].size() > target_size_) continue;
       std::map<int, int> faces;  // number of shared faces, by neighbour
       for (const int e : patches_[p]) {
         for (const int other : neighbours_.of(e)) {
           const int neighbour = patch_of_[other];
           const std::size_t together =
               patches_[p].size() + patches_[static_cast<std::size_t>(neighbour)].size();
-          if (neighbour != static_cast<int>(p) && together < 3 * wanted_) ++faces[neighbour];
+          if (neighbour != static_cast<int>(p) && together < 3 * target_size_) ++faces[neighbour];
         }
       }
       if (faces.empty()) continue;
@@ -146,9 +148,9 @@ class PatchGrower {
   }
 
   Model& model_;
-  std::size_t wanted_;
+  std::size_t target_size_;
   Neighbours neighbours_;
-  std::vector<int> all_;
+  std::vector<int> elements_;
   std::map<int, int> patch_of_;
   std::map<int, int> free_neighbours_;
   // Free elements beside a patch, fewest free neighbours first; may hold outdated entries.
@@ -178,7 +180,7 @@ VolumePatchCount count_volume_patches(const Model& model) {
   VolumePatchCount count;
   if (elements.empty()) return count;
   const auto [fewest, most] =
-      std::ranges::minmax_element(elements, {}, [](const auto& one) { return one.second; });
+      std::ranges::minmax_element(elements, {}, [](const auto& patch) { return patch.second; });
   count = {static_cast<int>(elements.size()), fewest->second, most->second};
   return count;
 }

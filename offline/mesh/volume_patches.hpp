@@ -18,11 +18,11 @@ inline constexpr int kElementsPerVolumePatch = 8;
 // Sets Tetrahedron::volume_patch, deterministically:
 //   a ten-node element of a group other than -1 gets its own number;
 //   four-node elements get the number of a compact, face-connected patch of their group.
-// Small patches, up to half of the target size, join a neighbour unless the result exceeds three times the target.
+// Patches up to half of the target size join a neighbour, unless the result reaches three times the target.
 void form_volume_patches(Model& model, const std::vector<int>& group_of_element,
                          int elements_per_patch = kElementsPerVolumePatch);
 
-// Number of patches, and the smallest and largest number of elements in a patch.
+// The number of patches, and the smallest and largest number of elements in a patch.
 struct VolumePatchCount {
   int patches = 0;
   int fewest_elements = 0;

@@ -1,4 +1,4 @@
-// Dense decompositions. Eigen's are templates that take a compiler several seconds in each file; these are compiled once.
+// Dense decompositions, compiled once: Eigen's templates cost each file seconds of compile time.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,17 +6,17 @@
 namespace palpate {
 
 struct SymmetricModes {
-  Eigen::VectorXd values;   // eigenvalues, rising
-  Eigen::MatrixXd vectors;  // a unit eigenvector a column, in the order of values
+  Eigen::VectorXd values;   // eigenvalues, ascending
+  Eigen::MatrixXd vectors;  // unit eigenvectors as columns, in the order of `values`
 };
 
-// Reads the lower triangle.
+// Returns all eigenvalues and eigenvectors. Reads the lower triangle only.
 [[nodiscard]] SymmetricModes symmetric_modes(const Eigen::MatrixXd& symmetric);
 
-// Returns A^-1 B of a symmetric positive definite A. Does not say whether A is one.
+// Returns A^-1 B. Requires a symmetric positive definite A and does not check this.
 [[nodiscard]] Eigen::MatrixXd solve_definite(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
-// Returns the shortest X of those with the least |A X - B|.
+// Returns the X of least norm among all X that minimise |A X - B|.
 [[nodiscard]] Eigen::MatrixXd least_squares(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
 }  // namespace palpate

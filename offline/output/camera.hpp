@@ -22,20 +22,20 @@ struct Camera {
   double centre_x = 0;          // the point of `forward` on the screen, pixels
   double centre_y = 0;
 
-  // Nearness is 1 / depth, linear over a projected triangle.
+  // Returns pixels and the nearness 1 / depth, which is linear over a projected triangle.
   ScreenPoint project(const Eigen::Vector3d& point) const;
 };
 
 // Returns a camera along `view` (nonzero) that shows all points as large as the screen allows. `margin`
-// pixels stay free on each side. `up` points up on the screen as far as possible; a parallel `up` is replaced
-// by another direction. One point or none is valid.
+// pixels stay free on each side. `up` points up on the screen as far as possible; another direction replaces
+// an `up` parallel to `view`. `points` may be empty.
 Camera fit_camera(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& view,
                   const Eigen::Vector3d& up, int width, int height, double margin);
 
 // Returns a unit vector perpendicular to `unit`, deterministically.
 Eigen::Vector3d perpendicular_to(const Eigen::Vector3d& unit);
 
-// Half the diagonal of the bounding box, or 1 where all points coincide: the length scale of the picture.
+// Returns half the diagonal of the bounding box, the length scale of a picture; 1 where all points coincide.
 double scene_radius(std::span<const Eigen::Vector3d> points);
 
 }  // namespace palpate

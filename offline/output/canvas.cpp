@@ -20,7 +20,7 @@ void set_colour(cairo_t* context, const Colour& encoded) {
   cairo_set_source_rgb(context, encoded[0], encoded[1], encoded[2]);
 }
 
-// Returns 1, 2 or 5 times a power of ten, for about five ticks from 0 to `largest`.
+// Returns a step of 1, 2 or 5 times a power of ten, for about five ticks from 0 to `largest`.
 double round_step(double largest) {
   const double power = std::pow(10.0, std::floor(std::log10(largest / 4.0)));
   for (const double factor : {1.0, 2.0, 5.0})
@@ -127,7 +127,7 @@ void Canvas::draw_colour_bar(double x, double top, double width, double height, 
                              double text_size, const std::function<Colour(double)>& encoded_colour) {
   cairo_t* context = surface_->context;
   const int rows = std::max(1, static_cast<int>(height));
-  // Whole pixels: shared pixels would show the page through.
+  // Rounds to whole pixels: in pixels shared by two rows the page would show through.
   x = std::round(x);
   top = std::round(top);
   width = std::round(width);

@@ -1,4 +1,4 @@
-// A page for a figure: rendered images, text, a colour bar. Coordinates are pixels from the upper left corner.
+// A page of a figure: rendered images, text, a colour bar. Coordinates: pixels from the upper left corner.
 #pragma once
 
 #include <array>
@@ -41,11 +41,10 @@ class Canvas {
   // Draws `image` with its upper left corner at (left, top); blends in linear light.
   void draw_image(const LinearImage& image, int left, int top);
 
-  // Draws one line with its baseline at y. Text wider than max_width shrinks to 70 % at most, then gets an ellipsis.
+  // Draws a line with its baseline at y. Wider text than max_width shrinks to 70 %, then ends in an ellipsis.
   void draw_text(const std::string& text, double x, double y, double max_width, TextStyle style);
 
-  // Draws a vertical bar with left border x and ticks at round values from 0 to `largest`; a single tick for
-  // `largest` = 0.
+  // Draws a vertical bar right of x, with ticks at round values from 0 to `largest`; a single tick for 0.
   void draw_colour_bar(double x, double top, double width, double height, double largest, double text_size,
                        const std::function<Colour(double)>& encoded_colour);
 

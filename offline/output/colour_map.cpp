@@ -32,12 +32,12 @@ Colour viridis(double t) {
   return colour;
 }
 
-// The transfer function of sRGB, IEC 61966-2-1.
 Colour shaded_colour(double share) {
   constexpr double kFirst = 0.25;
   return viridis(kFirst + (1.0 - kFirst) * share);
 }
 
+// This function and the next are the transfer function of sRGB, IEC 61966-2-1, and its inverse.
 Colour to_linear(const Colour& encoded) {
   Colour linear;
   for (std::size_t i = 0; i < 3; ++i)

@@ -19,14 +19,14 @@ namespace fs = std::filesystem;
 
 constexpr const char* kUnfinished = ".unfinished-";
 
-// A rename would replace a device or a pipe by a plain file.
+// Whether `path` names a device or a pipe, which a rename would replace by a plain file.
 bool is_stream(const fs::path& path) {
   std::error_code ignored;
   const fs::file_status status = fs::status(path, ignored);
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-// Returns the file behind a link, so that a rename keeps the link; `path` where there is no link.
+// Returns the file behind a link, so that a rename keeps the link; else returns `path`.
 fs::path behind_links(const fs::path& path) {
   std::error_code error;
   if (!fs::is_symlink(path, error)) return path;
@@ -41,7 +41,7 @@ fs::path temporary_beside(const fs::path& path) {
   return temporary;
 }
 
-// Makes the empty temporary file. O_EXCL refuses a link that somebody else has put in its place. Returns errno.
+// Creates the empty temporary file; returns 0 or errno. O_EXCL refuses a link that another user has placed.
 int create_temporary(const fs::path& temporary) {
   std::error_code ignored;
   fs::remove(temporary, ignored);
@@ -52,14 +52,14 @@ int create_temporary(const fs::path& temporary) {
 }
 
 void remove_left_overs(const fs::path& path) {
-  const std::string front = path.filename().string() + kUnfinished;
+  const std::string prefix = path.filename().string() + kUnfinished;
   std::error_code ignored;
   std::vector<fs::path> left_over;
   for (fs::directory_iterator entry(path.has_parent_path() ? path.parent_path() : ".", ignored), end;
        entry != end; entry.increment(ignored)) {
     const std::string name = entry->path().filename().string();
-    if (!name.starts_with(front)) continue;
-    const std::string digits = name.substr(front.size());
+    if (!name.starts_with(prefix)) continue;
+    const std::string digits = name.substr(prefix.size());
     pid_t process = 0;
     const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), process);
     // kill(process, 0) tests for the process; ESRCH means no such process.

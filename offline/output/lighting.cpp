@@ -17,10 +17,9 @@ constexpr int kSkyLamps = 96;
 constexpr int kKeyLamps = 20;
 constexpr int kRimLamps = 6;
 constexpr double kExposure = 1.12;  // light on the reference surface of studio_lamps()
-// The fraction of sky and rim light that reaches points in shadow. It stands for scattered light.
-constexpr double kLeak = 0.08;
-constexpr double kSkyLight = 2.9;  // light of the sky, where the key has 1
-constexpr int kShadowSize = 384;   // samples along each side of a lamp's depth image
+constexpr double kLeak = 0.08;      // fraction of sky and rim light in shadows, for scattered light
+constexpr double kSkyLight = 2.9;   // light of all sky lamps, where all key lamps have 1
+constexpr int kShadowSize = 384;    // samples along each side of a lamp's depth image
 
 const double kGoldenAngle = std::numbers::pi * (3.0 - std::sqrt(5.0));
 
@@ -38,7 +37,7 @@ void add_bunch(std::vector<Lamp>& lamps, const Eigen::Vector3d& centre, double r
   }
 }
 
-// One lamp's view of the scene: parallel projection on a square around the bounding sphere.
+// The depth image of one lamp: parallel projection on a square around the bounding sphere.
 class ShadowImage {
  public:
   ShadowImage() : buffer_(kShadowSize, kShadowSize) {}
@@ -56,7 +55,7 @@ class ShadowImage {
     rasterise(projected_, triangles, buffer_);
   }
 
-  // Fraction of the lamp that the point sees: weighted mean of the four samples around it, 1 lit, 0 in shadow.
+  // Returns the fraction of the lamp that the point sees, the bilinear mean of the samples around the point.
   double visibility(const Eigen::Vector3d& point) const {
     const ScreenPoint seen = project(point);
     // The right and lower neighbours must lie inside the image.
@@ -109,7 +108,7 @@ std::vector<Lamp> studio_lamps(const Camera& camera) {
   add_bunch(lamps, (0.8 * camera.right + 0.35 * camera.up + 0.5 * camera.forward).normalized(), 0.2,
             kRimLamps, {0.42, 0.46, 0.52}, false);
 
-  // The reference surface faces between key and viewer. It receives kExposure of green light without shadows.
+  // The reference surface faces between key and viewer. Without shadows the surface gets kExposure of green.
   const Eigen::Vector3d reference = (key_direction(camera) - camera.forward).normalized();
   double received = 0;
   for (const Lamp& lamp : lamps) received += lamp.light[1] * std::max(0.0, lamp.towards.dot(reference));
@@ -125,7 +124,7 @@ std::vector<ReceivedLight> receive_light(std::span<const LitPoint> lit, std::spa
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& point : points) box.extend(point);
   const double radius = scene_radius(points);
-  // Points are tested a few samples above their surface, so that rounding of the depth image causes no self-shadow.
+  // Points are tested a few samples above their surface. Rounding of the depth image then casts no shadow.
   constexpr double kLiftSamples = 3;
   const double lift = kLiftSamples * 2.0 * radius / kShadowSize;
 

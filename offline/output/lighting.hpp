@@ -1,7 +1,7 @@
 // Computes the light at points of the scene from many distant lamps with shadows.
 //
-// A dome of faint lamps is the sky and darkens fissures (ambient occlusion). A tight bunch is the key light with soft
-// shadows; a second bunch from behind lights the silhouette. Each lamp has a depth image. Cost: lamps * points.
+// A dome of faint lamps is the sky and darkens fissures (ambient occlusion). A tight bunch is the key light
+// with soft shadows; a bunch from behind, the rim light, lights the silhouette. Cost: lamps * points.
 #pragma once
 
 #include <Eigen/Core>
@@ -37,6 +37,7 @@ struct ReceivedLight {
   double key_visibility = 0;   // fraction of the key light's lamps that the point sees, 0 to 1
 };
 
+// Returns the light at each point of `lit`. `points` and `triangles` cast the shadows.
 std::vector<ReceivedLight> receive_light(std::span<const LitPoint> lit, std::span<const Lamp> lamps,
                                          std::span<const Eigen::Vector3d> points,
                                          std::span<const std::array<int, 3>> triangles);

@@ -19,7 +19,7 @@ namespace {
 
 constexpr Colour kTissue = {0.86, 0.66, 0.64};  // encoded, grey-pink
 constexpr Colour kTool = {0.84, 0.24, 0.16};    // encoded; the colour map has no similar hue
-constexpr double kLargestNumber = 1e100;        // lengths beyond it overflow in products
+constexpr double kLargestNumber = 1e100;        // larger lengths overflow in products
 constexpr double kGhost = 0.16;                 // opacity of a tool behind tissue
 
 void check_finite(const Eigen::Vector3d& value, const char* what, std::size_t number) {
@@ -56,16 +56,16 @@ void check(const PictureInput& input, const PictureOptions& options) {
     throw std::invalid_argument("the view direction is zero or not finite");
 }
 
-// The drawn part of the input: nodes of triangles, relative to their centre, so that a distant origin costs no digits.
-struct Organ {
+// The drawn part of the input: nodes of triangles, relative to `centre`. A distant origin costs no digits.
+struct DrawnOrgan {
   std::vector<Eigen::Vector3d> rest, pushed;
-  std::vector<double> distance;  // length of the displacement
+  std::vector<double> distance;  // |displacement| of each node, length unit
   std::vector<std::array<int, 3>> triangles;
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // the first node
 };
 
-Organ drawn_part(const PictureInput& input) {
-  Organ organ;
+DrawnOrgan drawn_part(const PictureInput& input) {
+  DrawnOrgan organ;
   std::vector<int> new_index(input.rest.size(), -1);
   for (const std::array<int, 3>& triangle : input.triangles) {
     std::array<int, 3> renamed;
@@ -85,7 +85,7 @@ Organ drawn_part(const PictureInput& input) {
   return organ;
 }
 
-// Blends an image of the tools alone into the first image: a tool behind tissue shows faintly.
+// Blends an image of the tools alone into `image`, so that a tool behind tissue shows faintly.
 void add_ghost(LinearImage& image, const LinearImage& tools) {
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     const double share = kGhost * tools.pixels[i][3];
@@ -108,7 +108,7 @@ double middle_on_screen(const std::vector<Eigen::Vector3d>& points, const Camera
 
 std::unique_ptr<Canvas> compose(const PictureInput& input, const PictureOptions& options) {
   check(input, options);
-  const Organ organ = drawn_part(input);
+  const DrawnOrgan organ = drawn_part(input);
   const double largest =
       organ.distance.empty() ? 0.0 : *std::max_element(organ.distance.begin(), organ.distance.end());
 

@@ -51,9 +51,9 @@ struct PictureOptions {
 
 // Returns the picture as pixels, or writes a whole PNG file.
 //
-// Nodes without triangles are not drawn and do not influence camera or colours. No triangles give empty panels; no
-// displacement gives one colour. Throws std::invalid_argument where sizes or indices do not match or a number is not
-// finite, with the node. Throws std::runtime_error "PATH: REASON" where the file cannot be written.
+// Nodes without triangles influence neither camera nor colours. No triangles give empty panels; no
+// displacement gives one colour. Throws std::invalid_argument, with the node, where sizes or indices do not
+// match or a number is not finite. Throws std::runtime_error "PATH: REASON" where the file cannot be written.
 PixelImage draw_before_after(const PictureInput& input, const PictureOptions& options);
 void write_before_after(const PictureInput& input, const PictureOptions& options,
                         const std::filesystem::path& png);

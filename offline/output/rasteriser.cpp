@@ -7,9 +7,7 @@
 namespace palpate {
 namespace {
 
-// Tolerance of barycentric coordinates below 0. It closes holes on seams, where rounding makes both triangles
-// miss a sample.
-constexpr double kSeam = 1e-10;
+constexpr double kSeam = 1e-10;  // tolerance of barycentric coordinates; closes holes on common edges
 
 int clamp_sample(double value, int count) {
   return static_cast<int>(std::clamp(std::floor(value), 0.0, static_cast<double>(count)));

@@ -33,7 +33,7 @@ struct VisibilityBuffer {
 };
 
 // Draws triangles into the buffer; both sides are visible. A triangle covers a sample whose centre (x + 0.5,
-// y + 0.5) lies inside. Of equally near triangles the first stays.
+// y + 0.5) lies inside. The first of equally near triangles stays.
 void rasterise(std::span<const ScreenPoint> points, std::span<const std::array<int, 3>> triangles,
                VisibilityBuffer& buffer);
 

@@ -51,11 +51,11 @@ struct Fragment {
   double coverage = 0;  // fraction of the pixel
   double outline = 0;   // share of its samples that lie on an outline
   std::array<double, 3> corners = {};  // barycentric coordinates on the triangle in space
-  double mesh_line = 0;                // 1 on an edge of the mesh, 0 away from it
+  double mesh_line = 0;                // 1 on an edge of the mesh, 0 away from edges
 };
 
-// Whether a sample lies on an outline: the surface beside it is farther away than the own slope explains.
-// Only the near side is marked, so an outline belongs to the near surface.
+// Whether a sample lies on an outline: kOutlineReach away nothing is visible, or the surface is deeper, by
+// more than `step`, than its slope explains. An outline thus lies on the near surface.
 bool on_outline(const VisibilityBuffer& buffer, int x, int y, double step) {
   const double depth = 1.0 / static_cast<double>(buffer.nearness[buffer.at(x, y)]);
   const auto depth_at = [&](int column, int row) {  // negative where empty
@@ -91,7 +91,7 @@ void place_on_triangle(Fragment& fragment, const MergedScene& scene, std::span<c
     const double share = std::clamp(doubled_area(a, b, fragment.x, fragment.y) / area, 0.0, 1.0);
     edge_distance =
         std::min(edge_distance, share * std::abs(area) / std::max(1e-12, std::hypot(b.x - a.x, b.y - a.y)));
-    // Perspective correction: share_k w_k / sum(share_i w_i), w the nearness.
+    // Perspective correction: corners_k = share_k w_k / sum(share_i w_i), w the nearness.
     fragment.corners[k] = share * corner[k].nearness;
     sum += fragment.corners[k];
   }
@@ -136,6 +136,7 @@ std::vector<Fragment> collect_fragments(const VisibilityBuffer& buffer, const Me
   return fragments;
 }
 
+// Adds a Blinn-Phong highlight, a tight lobe on a wide lobe, to the diffuse light and darkens outlines.
 Colour shade(const LitSurface& surface, double value, const LitPoint& point, const ReceivedLight& received,
              const Fragment& fragment, const Camera& camera) {
   const Eigen::Vector3d to_eye = (camera.eye - point.position).normalized();

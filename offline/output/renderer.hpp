@@ -15,8 +15,8 @@ namespace palpate {
 struct LitSurface {
   std::vector<Eigen::Vector3d> points;        // length unit
   std::vector<std::array<int, 3>> triangles;  // counter-clockwise from outside
-  std::vector<double> values;                 // one for each point; interpolated before the colour map,
-  std::function<Colour(double)> colour;       // so that all colours are on the map; linear
+  std::vector<double> values;                 // one for each point; interpolated before the map `colour`
+  std::function<Colour(double)> colour;       // linear colour of a value
   double gloss = 0;                           // strength of the key light's highlight
   double mesh_lines = 0;                      // darkness of the lines along triangle edges, 0 to 1
 };
@@ -28,7 +28,7 @@ struct LinearImage {
   std::vector<std::array<double, 4>> pixels;
 };
 
-// Empty scenes give zero coverage. Equal input gives equal bits.
+// Renders the surfaces. An empty scene gives zero coverage. Equal input gives equal bits.
 LinearImage render(std::span<const LitSurface> surfaces, const Camera& camera, int width, int height);
 
 }  // namespace palpate

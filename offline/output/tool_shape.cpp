@@ -22,6 +22,7 @@ constexpr double kHeadRadius = 0.048;
 constexpr double kHeadLength = 0.115;
 constexpr double kArrowGap = 0.02;  // between ball and arrow
 
+// Returns the outward unit normal at the node of a triangle nearest to `position`.
 Eigen::Vector3d outward_normal_near(const Eigen::Vector3d& position, std::span<const Eigen::Vector3d> points,
                                     std::span<const std::array<int, 3>> triangles) {
   const std::vector<Eigen::Vector3d> faces = face_normals(points, triangles);
@@ -44,14 +45,14 @@ Eigen::Vector3d outward_normal_near(const Eigen::Vector3d& position, std::span<c
 
 // A point of the profile of a solid of revolution.
 struct ProfilePoint {
-  double along = 0;   // the axis
-  double radius = 0;  // from the axis
+  double along = 0;   // position along the axis, length unit
+  double radius = 0;  // distance from the axis, length unit
 };
 
 // Adds the solid of revolution of a profile about the axis through `origin`. The profile runs against the
 // axis, from the tip backwards; triangles then face outwards.
-void add_turned(LitSurface& surface, const Eigen::Vector3d& origin, const Eigen::Vector3d& axis,
-                std::span<const ProfilePoint> profile) {
+void add_revolved(LitSurface& surface, const Eigen::Vector3d& origin, const Eigen::Vector3d& axis,
+                  std::span<const ProfilePoint> profile) {
   const Eigen::Vector3d first = perpendicular_to(axis);
   const Eigen::Vector3d second = axis.cross(first);
   const int start = static_cast<int>(surface.points.size());
@@ -97,7 +98,7 @@ LitSurface tool_surface(const PlacedTool& tool, const Colour& colour) {
     const double angle = 2.0 * std::numbers::pi * ring / kSides;
     ball.push_back({tool.ball_radius * std::cos(angle), tool.ball_radius * std::sin(angle)});
   }
-  add_turned(surface, tool.ball_centre, tool.outward, ball);
+  add_revolved(surface, tool.ball_centre, tool.outward, ball);
 
   if (tool.direction.norm() > 0) {
     const double scale = tool.arrow_length / kArrowLength;
@@ -110,7 +111,7 @@ LitSurface tool_surface(const PlacedTool& tool, const Colour& colour) {
                                                 {-kHeadLength * scale, kShaftRadius * scale},
                                                 {-length, kShaftRadius * scale},
                                                 {-length, 0}}};
-    add_turned(surface, tip, tool.direction, arrow);
+    add_revolved(surface, tip, tool.direction, arrow);
   }
   surface.values.assign(surface.points.size(), 0.0);
   surface.colour = [colour](double) { return colour; };

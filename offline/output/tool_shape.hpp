@@ -22,13 +22,13 @@ struct PlacedTool {
   double arrow_length = 0;      // length unit; equal for all tools, since an arrow shows direction only
 };
 
-// Places the tool that touches `position` at rest and moves by `displacement`. A displacement against the outward
-// normal of the nearest surface point is a push. `scale`: radius of the scene; tiny balls are enlarged.
+// Places the tool that touches `position` at rest and moves by `displacement`. A displacement against the
+// outward normal of the nearest node is a push. `scale`: radius of the scene; tiny balls are enlarged.
 PlacedTool place_tool(const Eigen::Vector3d& position, const Eigen::Vector3d& displacement, double radius,
                       std::span<const Eigen::Vector3d> rest, std::span<const std::array<int, 3>> triangles,
                       double scale);
 
-// Ball and arrow as a surface to draw, in `colour` (linear).
+// Returns ball and arrow as a surface to draw, in `colour` (linear).
 LitSurface tool_surface(const PlacedTool& tool, const Colour& colour);
 
 }  // namespace palpate

@@ -27,10 +27,9 @@ struct ValueMapPicture {
   std::vector<Eigen::Vector3d> points;        // length unit
   std::vector<std::array<int, 3>> triangles;  // indices in `points`, counter-clockwise from outside
   std::vector<ValueMap> maps;
-  std::string bar_label;  // "% of |d|"
-  // approximate direction of view; zero: from the side and above
-  Eigen::Vector3d towards = Eigen::Vector3d::Zero();
-  int panel_width = 700;  // pixels
+  std::string bar_label;                              // "% of |d|"
+  Eigen::Vector3d towards = Eigen::Vector3d::Zero();  // direction of view; zero: from the side and above
+  int panel_width = 700;                              // pixels
   int panel_height = 520;
 };
 

@@ -15,11 +15,10 @@ namespace {
 constexpr int kAzimuths = 48;
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kElevation = 0.34;  // sine of the preferred elevation of the eye
-// preferred cosine between the moved surface's normals and the direction to the eye
-constexpr double kFacing = 0.5;
+constexpr double kFacing = 0.5;      // preferred result of facing()
 
-// Whether the ray from `origin` meets a triangle. Source: Moeller and Trumbore, Fast, minimum storage
-// ray-triangle intersection, 1997.
+// Whether the ray from `origin` meets a triangle. Source: Moeller and Trumbore 1997, Fast, minimum storage
+// ray-triangle intersection.
 bool is_blocked(const Eigen::Vector3d& origin, const Eigen::Vector3d& ray,
                 std::span<const Eigen::Vector3d> points, std::span<const std::array<int, 3>> triangles) {
   for (const auto& [a, b, c] : triangles) {
@@ -38,7 +37,7 @@ bool is_blocked(const Eigen::Vector3d& origin, const Eigen::Vector3d& ray,
   return false;
 }
 
-// Extent of the points along a unit vector, length unit.
+// Returns the extent of the points along a unit vector, length unit.
 double extent(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& along) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Eigen::Vector3d& point : points) {
@@ -48,8 +47,7 @@ double extent(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& al
   return points.empty() ? 0.0 : high - low;
 }
 
-// Mean cosine between the moved surface's normals and the eye, weighted with displacement and area. Faces
-// turned away count 0.
+// Returns the mean of max(0, cosine of normal and way to the eye), weighted with displacement and area.
 double facing(std::span<const Eigen::Vector3d> points, std::span<const std::array<int, 3>> triangles,
               std::span<const double> distance, const Eigen::Vector3d& view) {
   double sum = 0, weight = 0;
@@ -97,8 +95,8 @@ Eigen::Vector3d automatic_view(std::span<const Eigen::Vector3d> pushed,
     const Eigen::Vector3d sideways = view.cross(upward);
     const double width =
         sideways.norm() > 1e-6 ? extent(pushed, sideways.normalized()) / (2.0 * radius) : 0.0;
-    const double turned = facing(pushed, triangles, distance, view) - kFacing;
-    const double score = seen - 1.5 * elevation * elevation - 4.0 * turned * turned + 0.6 * width;
+    const double facing_error = facing(pushed, triangles, distance, view) - kFacing;
+    const double score = seen - 1.5 * elevation * elevation - 4.0 * facing_error * facing_error + 0.6 * width;
     if (score > best_score) {
       best_score = score;
       best = view;

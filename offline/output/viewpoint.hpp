@@ -11,7 +11,7 @@
 namespace palpate {
 
 // Returns a unit vector from the eye into the scene. With a tool: 50 to 65 degrees off its axis, on the outer
-// side, so that a dent shows in profile. Among these directions it prefers a visible tool, an oblique moved
+// side, so that a dent shows in profile. The choice prefers a visible tool, an oblique moved
 // surface, an upright `up` and a wide organ. Without a tool: a three-quarter view from above. `pushed`:
 // surface points after the motion; `distance`: length of each point's motion.
 Eigen::Vector3d automatic_view(std::span<const Eigen::Vector3d> pushed,

@@ -1,12 +1,11 @@
 // Writes meshes and fields for ParaView: VTK XML UnstructuredGrid files (.vtu).
 //
 //   <VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">
-//     ... <DataArray type="Float64" Name="displacement" NumberOfComponents="3" format="appended" offset="..."/>
+//     ... <DataArray type="Float64" Name="displacement" NumberOfComponents="3" format="appended" .../>
 //     ... <AppendedData encoding="raw">
 //      _[bytes: uint64][values][bytes: uint64][values] ...      offsets count from behind the underscore
 //
-// Source: https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html. Raw appended data keeps every
-// bit of a double and needs no encoder.
+// Source: https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html. Raw data keeps every bit.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,7 +27,7 @@ struct VtuVectors {
 
 struct VtuIntegers {
   std::string name;
-  std::vector<int> values;  // one a point or cell
+  std::vector<int> values;  // one for each point or cell
 };
 
 struct VtuMesh {

@@ -8,9 +8,9 @@
 namespace palpate {
 namespace {
 
-// Counts a compressed compliance, the worst case over the sites. A pair of nodes takes 9 multiply-adds for
-// each column of its block. Rows read the basis and all coefficients of the node; a field also reads the
-// patch's blocks and their basis columns.
+// Counts a compressed compliance, the worst case over the sites. A pair of patch nodes takes 9 multiply-adds
+// for each column of its block, and reads three rows of the basis and the coefficients. A field reads all
+// blocks of the patch nodes, and the columns of the basis that these blocks use.
 void count_compressed(const CompressedCompliance& compressed, const ContactSites& sites, FrameCost& cost) {
   const size_t num_panels = compressed.panels.size();
   std::uint64_t pair_operations = 0;
@@ -55,9 +55,9 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
   std::vector<FrameCost> costs;
   if (content.has_linear()) {
     // A new contact inserts its m nodes successively (runtime/src/linear), n = 3 m:
-    //   6 (3 i)^2 for insertion number i,   9 n^2 for refinement,   3 n m for unit forces,   36 m for the stiffness,
-    //   3 n for the nodal forces,   n for the force.
-    // Bytes: one 3 x 3 block for each pair, and a second read of one node's row.
+    //   6 (3 i)^2 for insertion number i,   9 n^2 for refinement,   3 n m for unit forces,
+    //   36 m for the stiffness,   3 n for the nodal forces,   n for the force.
+    // Bytes: a 3 x 3 block for each pair of nodes, and a second read of the row of a node.
     std::uint64_t m = 0;
     for (const ContactSite& site : content.sites.sites) m = std::max<std::uint64_t>(m, site.patch.size());
     const std::uint64_t n = 3 * m;
@@ -71,8 +71,8 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     costs.push_back(cost);
   }
   if (content.zone != nullptr) {
-    // Counts a session's default limit of Newton iterations with m unknowns. Terms: substitutions, exterior
-    // stiffness, element forces.
+    // Counts the default limit of Newton iterations in a frame, with m unknowns. Each iteration has
+    // substitutions, a product with the exterior stiffness, and element forces.
     const auto m = static_cast<std::uint64_t>(3 * content.zone->most_nodes);
     const auto boundary = static_cast<std::uint64_t>(3 * content.zone->most_boundary_nodes);
     const auto elements = static_cast<std::uint64_t>(content.zone->most_elements);
@@ -82,10 +82,10 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     constexpr std::uint64_t kIterations = 4;
     FrameCost cost;
     cost.model = SurveyedModel::nonlinear_zone;
-    constexpr std::uint64_t kOfDof = 12;  // for an element's forces
-    cost.force_operations = kIterations * (m * m + boundary * boundary + elements * kOfDof * dofs);
+    constexpr std::uint64_t kOperationsOfDof = 12;  // for the forces of an element
+    cost.force_operations = kIterations * (m * m + boundary * boundary + elements * kOperationsOfDof * dofs);
     cost.force_bytes = static_cast<std::uint64_t>(content.zone->most_nodes) * sizeof(pack::OrganNode);
-    // The last delivery's field, and three columns for each node of the patch.
+    // A field reads the last result of the refining lane, and three columns for each node of the patch.
     std::uint64_t patch = 0;
     for (const ContactSite& site : content.sites.sites)
       patch = std::max<std::uint64_t>(patch, site.patch_nodes.size());
@@ -94,8 +94,7 @@ std::vector<FrameCost> count_frame_costs(const PackContent& content) {
     costs.push_back(cost);
   }
   if (content.polynomials != nullptr) {
-    // Counts six Hessian entries, a product each, for every monomial two degrees below an energy term
-    // (runtime/src/polynomial).
+    // Counts six Hessian entries, a product each, for each monomial two degrees below a term of the energy.
     FrameCost cost;
     cost.model = SurveyedModel::polynomial_dd;
     for (const SiteResult& result : *content.polynomials) {

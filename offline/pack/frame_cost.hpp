@@ -1,5 +1,4 @@
-// Counts the operations and bytes of a frame. Counts do not depend on the machine, so a pack does not either.
-// `palpate bench` measures nanoseconds.
+// Counts the operations and bytes of a frame, the same on all machines. `palpate bench` measures times.
 #pragma once
 
 #include <cstdint>

@@ -119,7 +119,7 @@ flatbuffers::Offset<pack::Gravity> create_gravity(const PackContent& content, co
   const pack::Segment rest_positions = placed(gravity.rest_positions, base);
   const pack::Segment field_per_gravity = placed(gravity.field_per_gravity, base);
   const pack::Segment contact_per_gravity = placed(gravity.contact_per_gravity, base);
-  // linear_dd answers a turn of gravity; packs of a study may lack it.
+  // The runtime needs linear_dd to turn gravity; packs of a study may lack linear_dd.
   const bool may_turn = content.scene.gravity_may_turn && content.has_linear();
   return pack::CreateGravity(builder, &acceleration, &rest_positions, may_turn ? &field_per_gravity : nullptr,
                              may_turn ? &contact_per_gravity : nullptr);

@@ -18,7 +18,7 @@ std::string hash_of(std::string_view bytes) {
   return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
 }
 
-// Expects absolute paths.
+// Returns the deepest folder above all files. Expects absolute paths.
 std::filesystem::path nearest_common_folder(const std::vector<std::filesystem::path>& files) {
   std::filesystem::path common = files.front().parent_path();
   for (const std::filesystem::path& file : files) {
@@ -30,6 +30,7 @@ std::filesystem::path nearest_common_folder(const std::vector<std::filesystem::p
   return common;
 }
 
+// Whether the path stays below the folder to which it is relative.
 bool stays_below(const std::filesystem::path& path) {
   return path.is_relative() && !path.empty() &&
          std::none_of(path.begin(), path.end(), [](const auto& part) { return part == ".."; });

@@ -1,4 +1,4 @@
-// Reads the input files of a pack into it, and restores them from it, so that a user can solve the same organ again.
+// Reads the input files that a pack carries, and restores these files to solve the organ again.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@ struct InputFile {
   std::string contents;
 };
 
-// Throws std::runtime_error "PATH: REASON" when a file cannot be read.
+// Reads and hashes the files. Throws std::runtime_error "PATH: REASON" when a file cannot be read.
 std::vector<InputFile> read_inputs(const std::vector<std::filesystem::path>& files);
 
 // Writes the inputs of an open pack below `folder` and returns the path of the scene, the first input. Throws

@@ -17,7 +17,7 @@ std::vector<double> lower_blocks(const Eigen::MatrixXd& symmetric) {
   return blocks;
 }
 
-// Lists three columns for each node, panel by panel.
+// Lists the three columns of each contact node, panel by panel.
 std::vector<pack::Real> field_columns(const Eigen::MatrixXd& columns, size_t panels) {
   std::vector<pack::Real> field;
   field.reserve(panels * pack::kPanelRows * static_cast<size_t>(columns.cols()));
@@ -28,7 +28,7 @@ std::vector<pack::Real> field_columns(const Eigen::MatrixXd& columns, size_t pan
   return field;
 }
 
-// Returns the forces of each site's patch; `compliance_of(site)` is the compliance of the patch.
+// Returns patch_forces() of each site, row by row; `compliance_of(site)` is the compliance of the patch.
 template <typename ComplianceOf>
 std::vector<double> forces_of_sites(const ContactSites& sites, ComplianceOf&& compliance_of) {
   std::vector<double> forces;

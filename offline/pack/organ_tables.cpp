@@ -4,7 +4,7 @@
 namespace palpate {
 namespace {
 
-// The elements, by the places of their nodes in OrganTree::nodes.
+// Returns the elements; their nodes are indices in OrganTree::nodes.
 std::vector<pack::OrganElement> organ_elements(const Model& model, const OrganTree& tree) {
   std::vector<uint32_t> place_of(static_cast<size_t>(model.num_nodes()), pack::kNoNode);
   for (size_t i = 0; i < tree.nodes.size(); ++i)
@@ -23,7 +23,7 @@ std::vector<pack::OrganElement> organ_elements(const Model& model, const OrganTr
   return elements;
 }
 
-// The nodes without their elements.
+// Returns the nodes; list_node_elements() adds their elements.
 std::vector<pack::OrganNode> organ_nodes(const PackContent& content, const OrganTree& tree) {
   const Model& model = content.model;
   std::vector<uint32_t> packed(static_cast<size_t>(model.num_nodes()), pack::kNoNode);
@@ -47,19 +47,19 @@ std::vector<pack::OrganNode> organ_nodes(const PackContent& content, const Organ
   return nodes;
 }
 
-// Lists the elements of each node.
+// Returns the elements of each node, node after node. Sets first_element and num_elements of the nodes.
 std::vector<uint32_t> list_node_elements(const std::vector<pack::OrganElement>& elements,
                                          std::vector<pack::OrganNode>& nodes) {
-  std::vector<std::vector<uint32_t>> of_node(nodes.size());
+  std::vector<std::vector<uint32_t>> elements_of_node(nodes.size());
   for (size_t e = 0; e < elements.size(); ++e) {
     for (uint32_t a = 0; a < elements[e].num_nodes; ++a)
-      of_node[elements[e].nodes[a]].push_back(static_cast<uint32_t>(e));
+      elements_of_node[elements[e].nodes[a]].push_back(static_cast<uint32_t>(e));
   }
   std::vector<uint32_t> all;
   for (size_t i = 0; i < nodes.size(); ++i) {
     nodes[i].first_element = static_cast<uint32_t>(all.size());
-    nodes[i].num_elements = static_cast<uint32_t>(of_node[i].size());
-    all.insert(all.end(), of_node[i].begin(), of_node[i].end());
+    nodes[i].num_elements = static_cast<uint32_t>(elements_of_node[i].size());
+    all.insert(all.end(), elements_of_node[i].begin(), elements_of_node[i].end());
   }
   return all;
 }

@@ -1,5 +1,5 @@
-// The tables of a pack, one file a model. Each add_* function stores a table's arrays; each create_* function writes the
-// table. `base`: offset of the store in the file.
+// The tables of a pack, a source file for each model. An add_* function stores the arrays of a table; a
+// create_* function writes the table. `base`: offset of the store in the pack, in bytes.
 #pragma once
 
 #include <vector>
@@ -60,7 +60,7 @@ LinearSegments add_linear(const LinearDd& linear, const ContactSites& sites, Seg
 CompressedSegments add_compressed(const CompressedCompliance& compressed, SegmentStore& store);
 // Returns the nodal forces of each site's patch for a unit displacement of the patch.
 std::vector<double> site_forces(const PackContent& content);
-// A null table where the content has no linear_dd.
+// Returns a null table where the content has no linear_dd.
 flatbuffers::Offset<pack::LinearDd> create_linear(const PackContent& content, const LinearSegments& linear,
                                                   const CompressedSegments& compressed, uint64_t base,
                                                   flatbuffers::FlatBufferBuilder& builder);

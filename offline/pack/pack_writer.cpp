@@ -51,8 +51,7 @@ AlignedBytes write_pack(const PackContent& content) {
     if (content.scene.embed_inputs) input_contents.push_back(store.add(input.contents));
   }
 
-  // The tables' size does not depend on their offsets. The first pass measures the size, the second writes
-  // true offsets.
+  // The size of the tables does not depend on `base`: the first pass measures, the second pass writes.
   const auto write_tables = [&](uint64_t base, flatbuffers::FlatBufferBuilder& builder) {
     std::vector<flatbuffers::Offset<pack::InputFile>> inputs;
     for (size_t i = 0; i < content.inputs.size(); ++i) {

@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-// The models with measured errors.
+// The models with measured errors. unrefined_zone: nonlinear_zone before exterior iterations.
 enum class SurveyedModel { linear_dd, polynomial_dd, nonlinear_zone, affine_site, unrefined_zone };
 struct ModelSurvey {
   SurveyedModel model;
@@ -29,14 +29,14 @@ struct PackContent {
   const Model& model;
   const Scene& scene;
   const ContactSites& sites;
-  const LinearDd* linear = nullptr;  // null: not carried, or compressed
+  const LinearDd* linear = nullptr;  // null: absent, or compressed
   const std::vector<SiteResult>* polynomials = nullptr;
   bool rounded = false;  // polynomial columns are written as int16
   std::vector<InputFile> inputs;
   std::vector<ModelSurvey> surveys;
-  const RestState* rest = nullptr;                   // null or the mesh at rest: no gravity
+  const RestState* rest = nullptr;                   // null, or the mesh: no gravity
   const CompressedCompliance* compressed = nullptr;  // linear_dd of a large surface, in place of `linear`
-  const ZoneTables* zone = nullptr;                  // null: not carried; needs `linear`
+  const ZoneTables* zone = nullptr;                  // null: absent; needs `linear` or `compressed`
   bool has_linear() const { return linear != nullptr || compressed != nullptr; }
 };
 
@@ -61,14 +61,13 @@ AlignedBytes write_pack(const PackContent& content);
 // Returns the largest degree of any site; 0 without polynomials.
 int highest_degree(const std::vector<SiteResult>& results);
 
-// Polynomial size of each site; degree 0: no polynomials.
+// Size of the polynomial of each site; degree 0: no polynomials.
 struct PolynomialSize {
   std::uint32_t degree = 0;
   std::uint32_t rank = 0;
 };
 
-// Estimates the bytes of write_pack() without input files from counts alone. The estimate of a compressed
-// compliance is rough.
+// Estimates the bytes of write_pack() without input files from counts; roughly for a compressed compliance.
 double estimate_pack_bytes(const ContactSites& sites, bool linear, PolynomialSize polynomials, bool rounded,
                            bool compressed = false);
 

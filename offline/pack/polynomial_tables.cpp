@@ -9,7 +9,7 @@ void append_bytes(const void* data, size_t count, std::vector<unsigned char>& by
   bytes.insert(bytes.end(), from, from + count);
 }
 
-// Coefficients of divided monomials x^a/a! y^b/b! z^c/c!.
+// Appends the coefficients of the energy for divided monomials x^a/a! y^b/b! z^c/c!.
 void append_energy(const SitePolynomial& polynomial, std::vector<double>& energy) {
   const auto factorial = [](uint32_t n) {
     double product = 1;

@@ -18,7 +18,7 @@ namespace palpate {
 // Bulk arrays, one after the other, each at a multiple of pack::kAlignment.
 class SegmentStore {
  public:
-  // Returns position and size of the array; offsets count from the first segment.
+  // Appends an array. Returns its offset from the first array, and its size, in bytes.
   template <typename Values>
   pack::Segment add(const Values& values) {
     const size_t offset = body_.size();
@@ -41,7 +41,7 @@ class SegmentStore {
   std::vector<unsigned char> body_;
 };
 
-// Moves a segment from offsets of the store to offsets of the file, where the store begins at `base`.
+// Converts an offset in the store to an offset in the file, where the store begins at `base`.
 inline pack::Segment placed(const pack::Segment& segment, uint64_t base) {
   return pack::Segment(base + segment.offset(), segment.bytes());
 }
@@ -61,7 +61,8 @@ void append_panel(const Eigen::MatrixBase<Columns>& columns, size_t panel, std::
   }
 }
 
-// Appends a panel as int16 in units of `units` (pack::rounded_place). Needs at least three columns.
+// Appends a panel as int16, in multiples of units[column] / kBasisUnit, in the order of
+// pack::rounded_place(). Needs at least three columns.
 template <typename Columns>
 void append_rounded_panel(const Eigen::MatrixBase<Columns>& columns, const Eigen::VectorXd& units,
                           size_t panel, std::vector<std::int16_t>& out) {
@@ -80,6 +81,7 @@ void append_rounded_panel(const Eigen::MatrixBase<Columns>& columns, const Eigen
   }
 }
 
+// Returns the entries row by row.
 inline std::vector<double> by_rows(const Eigen::MatrixXd& matrix) {
   std::vector<double> numbers;
   for (const auto& row : matrix.rowwise()) numbers.insert(numbers.end(), row.begin(), row.end());

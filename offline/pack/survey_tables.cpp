@@ -58,7 +58,7 @@ std::vector<flatbuffers::Offset<pack::ErrorSurvey>> create_surveys(const PackCon
       sets.push_back(packed(kind));
       most_contacts = std::max(most_contacts, sets.back().contacts());
     }
-    // Without unflagged responses the pack has no data for an estimate.
+    // Without unflagged responses the runtime has no data for an estimate at sets.
     if (!(survey.sets.over_load.displacement > 0)) most_contacts = 0;
     surveys.push_back(pack::CreateErrorSurveyDirect(
         builder, schema_model(survey.model), &bins, overall, sets.empty() ? nullptr : &sets, most_contacts,

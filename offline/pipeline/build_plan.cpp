@@ -17,7 +17,7 @@
 namespace palpate {
 namespace {
 
-// Limit of a dense compliance: the runtime opens it fast and answers exactly. Bytes grow with the square of the nodes.
+// Limit of a dense compliance, which opens fast and is exact. Bytes grow with the square of the nodes.
 constexpr double kMostDenseBytes = 256e6;
 
 double dense_bytes(const ContactSites& sites) {
@@ -28,8 +28,8 @@ constexpr size_t kChecksOfSeries = 2;  // check solves at a site without samples
 // Survey targets from this value down need more samples and higher degrees.
 constexpr double kFineTarget = 1e-3;
 
-// Rings of elements about the contacts, unless the budget allows only one. Before the refining lane has corrected the
-// exterior, the error of two rings is half the error of one (docs/response_models.md).
+// Rings of elements about the contacts, unless the budget allows only one ring. Before the refining lane has
+// corrected the exterior, the error of two rings is half the error of one ring (docs/response_models.md).
 constexpr int kMostRings = 2;
 
 // Estimates the least number of fitted solves at a site.
@@ -53,25 +53,25 @@ bool is_nonlinear(const Model& model) {
   });
 }
 
-// Estimates the time of a frame with moving contacts. Each contact has its own zone, or half of a shared
-// zone, and needs:
+// Estimates the time of a frame. Each moving contact has a zone, or half of a shared zone, and needs:
 //   1. one iteration with substitutions and products,
 //   2. two evaluations of its elements,
 //   3. a tenth of the next tangent.
 double zone_frame_us(const ZoneTables& zone, int contacts) {
   constexpr double kOperationsPerMicrosecond = 8000;  // multiply-adds of an ordinary core
-  constexpr double kPerElement = 1200;
-  constexpr double kPerStiffness = 3000;  // multiply-adds of an element stiffness
+  constexpr double kPerElement = 1200;                // multiply-adds of two evaluations of an element
+  constexpr double kPerStiffness = 3000;              // multiply-adds of an element stiffness
   const double m = 3.0 * zone.most_nodes;
   const double tangent = m * m * m / 6 + 8 * m * m + kPerStiffness * zone.most_elements;
-  const double of_one = 2 * m * m + tangent / 10 + kPerElement * zone.most_elements;
-  return std::min(contacts, static_cast<int>(pack::kMostZoneContacts)) * of_one / kOperationsPerMicrosecond;
+  const double operations = 2 * m * m + tangent / 10 + kPerElement * zone.most_elements;
+  return std::min(contacts, static_cast<int>(pack::kMostZoneContacts)) * operations /
+         kOperationsPerMicrosecond;
 }
 
 bool is_zone_wanted(const Model& model, const Scene& scene) {
-  const bool is_of_use =
+  const bool is_useful =
       scene.max_contacts > 1 && scene.linear && is_nonlinear(model) && !shares_linear_volumes(model);
-  return scene.zone.value_or(is_of_use);
+  return scene.zone.value_or(is_useful);
 }
 
 }  // namespace
@@ -105,13 +105,13 @@ std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, cons
 SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jobs) {
   SamplingPlan plan;
   plan.jobs = jobs;
-  // 60 samples bound the p95 at a confidence of 95 %
+  // 60 samples bound the p95 with a confidence of 95 %.
   constexpr int kSurveySets = 60;
   plan.survey_sets = scene.max_contacts > 1 && has_compliance(scene) ? kSurveySets : 0;
   plan.target = scene.accuracy_target;
   // Slivers under a small tip need more solves (bench/polynomials/POLYNOMIALS.md).
   constexpr size_t kSolvesForFineTargets = 150;
-  // Inward directions keep degree 7, and 60 solves suffice for degree 7.
+  // Inward directions stay at degree 7 or below, for which 60 solves suffice.
   if (plan.target <= kFineTarget && scene.directions != Directions::inward)
     plan.most_samples = kSolvesForFineTargets;
   plan.rounded = rounds_fields(scene);
@@ -134,7 +134,7 @@ SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jo
   plan.least_survey = plan.fewest ? kFewestSurveySolves / 4 : 0;
   int num_surveyed = num_sites;
   if (!scene.polynomial && num_sites > kFewestSurveySolves / 4) {
-    // Without fits the survey would dominate the build. One push in each bin at sites all over the organ suffices.
+    // Without fits the survey would dominate the build: survey some sites, with one push in each bin.
     num_surveyed = plan.survey_sites = kFewestSurveySolves / 4;
     plan.survey_samples = 4;
   }
@@ -174,7 +174,7 @@ std::string what_samples_depend_on(const Model& model, const Scene& scene, const
                                    const std::vector<InputFile>& inputs) {
   // Another build of this program may differ in the last digit or by a corrected fault.
   const std::string program = read_inputs({"/proc/self/exe"}).front().hash;
-  // Builds with few sampled sites order their pushes differently. Each solve starts from the nearest solved push.
+  // Builds with few sampled sites have another order of pushes. A solve starts from the nearest solved push.
   std::string key = fmt::format("{} {:a} {:a} {} {} {}", program, scene.max_displacement, scene.tip_radius,
                                 static_cast<int>(scene.directions), static_cast<int>(scene.polynomial_method),
                                 plan_sampling(scene, sites, 1).fewest);
@@ -190,7 +190,7 @@ std::string what_samples_depend_on(const Model& model, const Scene& scene, const
 double sample_store_bytes(const Model& model, const Scene& scene, const ContactSites& sites,
                           const SamplingPlan& plan) {
   const double rows = 3.0 * static_cast<double>(sites.packed_nodes.size());
-  // Displacement and three derivatives of all dofs, six second derivatives of packed rows; the survey's displacement.
+  // A sample has displacement and three derivatives of all dofs, and six second derivatives of packed rows.
   const double sample = 4.0 * model.num_dofs() + 6.0 * rows;
   return sizeof(float) *
          (static_cast<double>(num_worked(plan, sites)) *
@@ -198,7 +198,7 @@ double sample_store_bytes(const Model& model, const Scene& scene, const ContactS
           plan.survey_sets * rows);
 }
 
-// The files whose bytes go into the pack, for a person who is going to hand the pack on.
+// Lists the files whose bytes go into the pack, for a user who gives the pack to others.
 std::string embedded_names(const Scene& scene, const std::vector<InputFile>& inputs) {
   if (!scene.embed_inputs) return "no input file (embed_inputs = false)";
   std::string names;
@@ -255,11 +255,11 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
                    : "");
   }
   if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
-    const double of_zones = organ_bytes(model);
-    bytes += of_zones;
+    const double organ_size = organ_bytes(model);
+    bytes += organ_size;
     fmt::print(
         "zones      {} ring{}: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements{}\n",
-        zone->rings, zone->rings > 1 ? "s" : "", zone->num_nodes, zone->num_elements, of_zones / 1e6,
+        zone->rings, zone->rings > 1 ? "s" : "", zone->num_nodes, zone->num_elements, organ_size / 1e6,
         zone->most_nodes, zone->most_elements,
         scene.max_contacts > static_cast<int>(pack::kMostZoneContacts)
             ? fmt::format("; more than {} contacts at once are answered by the linear model",

@@ -15,15 +15,13 @@
 
 namespace palpate {
 
-// Whether the pack has the compliance of linear_dd: on the scene's request, or because contacts that the scene requires zones
-// for are answered by linear_dd until their zones are prepared.
+// Whether the pack has the compliance of linear_dd, which answers contacts before zones are prepared.
 bool has_compliance(const Scene& scene);
 
-// Whether the pack compresses the compliance: on the scene's request, because only zones need it, or because the dense matrix
-// is too large.
+// Whether the pack compresses the compliance: on request, for zones alone, or for a large dense matrix.
 bool is_to_be_compressed(const Scene& scene, const ContactSites& sites);
 
-// Whether sampling uses the dense compliance of all sites. Otherwise each site solves for its own columns.
+// Whether sampling uses the dense compliance of all sites. Otherwise each site solves for its response.
 bool is_dense_at_hand(const Scene& scene, const ContactSites& sites);
 
 // Plans the nodes and elements of the nonlinear zones. Returns no zones where the scene:
@@ -31,21 +29,21 @@ bool is_dense_at_hand(const Scene& scene, const ContactSites& sites);
 //   2. leaves the choice open and has single contacts only, linear materials, or no budget for zones.
 std::optional<ZoneTables> plan_zone(const Model& model, const Scene& scene, const ContactSites& sites);
 
-// Plans sites, solves and precision. Throws std::runtime_error "FILE: REASON; REMEDY" where nothing remains to fit.
+// Plans sites, solves and precision. Throws std::runtime_error where max_displacement is too small to fit.
 SamplingPlan plan_sampling(const Scene& scene, const ContactSites& sites, int jobs);
 
-// The same without held-out solves: errors stay unknown. Throws std::runtime_error for a scene with polynomials.
+// Plans without held-out solves: errors stay unknown. Throws std::runtime_error for a scene with polynomials.
 SamplingPlan plan_without_survey(const Scene& scene, const ContactSites& sites, int jobs);
 
-// Lists the sites that are sampled or surveyed.
+// Returns the number of sites that are sampled or surveyed.
 size_t num_worked(const SamplingPlan& plan, const ContactSites& sites);
 
-// Draws the sets of several contacts for the survey. All of them are held-out data: no model fits contact sets.
+// Draws the sets of several contacts for the survey. All sets are held-out data: no model fits contact sets.
 std::vector<ContactSet> surveyed_sets(const Model& model, const Scene& scene, const ContactSites& sites,
                                       const SamplingPlan& plan);
 
-// Hashes all inputs that change a digit of sample_sites() at a site, this program included. The site's label is not
-// part of the key: the label names the site's file. Targets, degrees and precisions do not change a solve.
+// Returns a key of all inputs that change a digit of a site's solves, this program included. The key omits
+// the label of the site, which names the file, and targets, degrees and precisions, which change no solve.
 std::string what_samples_depend_on(const Model& model, const Scene& scene, const ContactSites& sites,
                                    const std::vector<InputFile>& inputs);
 
@@ -53,7 +51,7 @@ std::string what_samples_depend_on(const Model& model, const Scene& scene, const
 double sample_store_bytes(const Model& model, const Scene& scene, const ContactSites& sites,
                           const SamplingPlan& plan);
 
-// Prints organ, scene and estimated time to standard output. `keeps_samples`: samples stay on disk.
+// Prints organ, scene and estimated time. `processes`: ranks of the build. `keeps_samples`: on disk.
 void print_plan(const Model& model, const Scene& scene, const ContactSites& sites, const Assembly& assembly,
                 const std::vector<InputFile>& inputs, const SamplingPlan& plan, int processes,
                 bool keeps_samples);

@@ -1,4 +1,4 @@
-// Restores the scene of a pack from the files that the pack carries, so that a command can solve the same organ again.
+// Restores the scene of a pack from the files that the pack carries, to solve the same organ again.
 #pragma once
 
 #include "offline/fem/assembly.hpp"
@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-// Throws std::runtime_error "PATH: REASON; REMEDY" where the files are absent or are not the pack's inputs.
-// Absolute paths, and paths out of the model's folder, refer to files of this machine.
+// Reads the carried files. Throws std::runtime_error "PATH: REASON; REMEDY", PATH = `pack`, where the files
+// are absent, differ from the inputs of the pack, or name files outside the carried folder.
 LoadedScene read_carried_scene(const OpenedPack& opened, const std::filesystem::path& pack);
 
 // An organ with its solver data. Not movable: the assembly refers to the model.

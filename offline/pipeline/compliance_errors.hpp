@@ -14,7 +14,7 @@ struct ComplianceErrors {
   double force = 0;         // largest over contacts, relative to the largest force
 };
 
-// Draws sets of 1, 2, ... `max_contacts` contacts at random sites, from a fixed seed. The pack must carry linear_dd.
+// Compares responses at random sets of 1, 2, ... `max_contacts` contacts, from a fixed seed. Needs linear_dd.
 ComplianceErrors measure_compliance(const OpenedPack& opened, const Assembly& assembly,
                                     const ContactSites& sites, const RestState& rest, int max_contacts);
 

@@ -19,7 +19,7 @@ std::vector<Push> draw_pushes(const OpenedPack& opened, const Scene& scene, cons
                               int count, std::int64_t seed) {
   const bool half = scene.directions == Directions::inward;
   std::mt19937_64 random(static_cast<std::uint64_t>(seed));
-  // Builders seed their surveys by labels. This seed is no label.
+  // A builder seeds the survey of a site with the label. The highest bit excludes all labels.
   const std::vector<Eigen::Vector3d> points =
       choose_survey_points(count, half, random() | std::uint64_t{1} << 63);
   std::vector<Push> pushes;

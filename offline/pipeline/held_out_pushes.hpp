@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-// Maps the unit ball to the sampled displacements of a site, length unit.
+// Returns the matrix that maps the unit ball to the sampled displacements of a site: length unit.
 Eigen::Matrix3d sampled_domain(const OpenedPack& opened, const Scene& scene, const ContactSites& sites,
                                size_t site);
 

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// Groups the truths by the site of their first contact: a session then prepares one zone for all pushes of a site.
+// Groups the truths by the site of the first contact: a session then prepares a single zone for a site.
 std::vector<std::vector<size_t>> by_site(const std::vector<ContactTruth>& truths) {
   std::map<size_t, std::vector<size_t>> groups;
   for (size_t i = 0; i < truths.size(); ++i) groups[truths[i].contacts.front().site].push_back(i);
@@ -21,6 +21,7 @@ std::vector<std::vector<size_t>> by_site(const std::vector<ContactTruth>& truths
   return listed;
 }
 
+// Raises each entry of `largest` to the entry of `other`.
 void keep_largest(std::vector<double>& largest, const std::vector<double>& other) {
   largest.resize(std::max(largest.size(), other.size()), 0.0);
   for (size_t i = 0; i < other.size(); ++i) largest[i] = std::max(largest[i], other[i]);
@@ -76,10 +77,10 @@ MeasuredPush measure_push(const ContactTruth& truth, const MethodAnswer& answer,
                           std::vector<double>* worst) {
   MeasuredPush push;
   const double size = truth.largest_displacement();
-  const Eigen::VectorXd wrong = answer.field - truth.field;
-  if (worst != nullptr) worst->resize(static_cast<size_t>(wrong.size() / 3), 0.0);
-  for (Eigen::Index node = 0; node < wrong.size() / 3; ++node) {
-    const double off = wrong.segment<3>(3 * node).norm();
+  const Eigen::VectorXd difference = answer.field - truth.field;
+  if (worst != nullptr) worst->resize(static_cast<size_t>(difference.size() / 3), 0.0);
+  for (Eigen::Index node = 0; node < difference.size() / 3; ++node) {
+    const double off = difference.segment<3>(3 * node).norm();
     push.displacement_off = std::max(push.displacement_off, off);
     if (worst != nullptr) {
       double& so_far = (*worst)[static_cast<size_t>(node)];

@@ -1,4 +1,4 @@
-// Measures the error of a method's responses, push by push.
+// Measures the error of a method (a runtime model, or a method in comparison) push by push.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace palpate {
 struct MethodAnswer {
   Eigen::VectorXd field;                // from rest, 3 packed nodes
   std::vector<Eigen::Vector3d> forces;  // one for each contact
-  // the runtime's error estimate, largest over the contacts; 0: not estimated
+  // Error estimate of the runtime, largest over the contacts; 0: not estimated.
   double displacement_estimate = 0;
   double force_estimate = 0;
   std::uint32_t flags = 0;  // PAL_FLAG_... of all contacts together
@@ -23,51 +23,50 @@ struct MethodAnswer {
 using Method = std::function<MethodAnswer(const std::vector<LinearContact>& contacts)>;
 
 struct MeasuredPush {
-  // max over packed nodes |u - u_FE| / |d|, with the largest |d| of the contacts
+  // Largest over packed nodes: |u - u_FE| / |d|, with the largest |d| of the contacts.
   double displacement_error = 1;
-  // largest over the contacts: |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest force of all truths
+  // Largest over the contacts: |f - f_FE| / |f_FE|, |f_FE| floored at 5 % of the largest force of all truths.
   double force_error = 1;
   double force_error_unfloored = 1;  // the same without the floor
-  double displacement_off = 0;       // length unit
-  double force_off = 0;              // force unit
+  double displacement_off = 0;       // largest |u - u_FE|: length unit
+  double force_off = 0;              // largest |f - f_FE|: force unit
   double displacement_estimate = 0;
   double force_estimate = 0;
 };
 
-// The runtime's contacts at `part` of their displacements. `sites`: the pack's site for each site of a contact.
+// Returns runtime contacts at the fraction `part` of their displacements. `sites`: pack site of each site.
 std::vector<pal_contact> contacts_at(const std::vector<LinearContact>& contacts,
                                      const std::vector<std::uint32_t>& sites, double part);
 
-// `field`: from rest, 3 packed nodes.
+// Converts results of the runtime. `field`: from rest, 3 packed nodes.
 MethodAnswer answer_of(const std::vector<pal_contact_result>& results, const Eigen::VectorXd& field);
 
-// Pushes with one contact.
+// Converts survey samples to truths with one contact.
 std::vector<ContactTruth> truths_of(std::vector<SurveySample> samples);
 
 // Returns the largest force of any contact.
 double largest_force(const std::vector<ContactTruth>& truths);
 
-// Compares a response with one solved truth. `floor`: the least |f_FE| in the denominator. `worst`: see below.
+// Compares a response with a solved truth. `floor`: the least |f_FE| in the denominator. `worst`: see below.
 MeasuredPush measure_push(const ContactTruth& truth, const MethodAnswer& answer, double floor,
                           std::vector<double>* worst = nullptr);
 
-// Compares responses with all truths; an unsolved truth gives default values. `worst` (null: not wanted) gets
-// the largest |u - u_FE| / |d| of each packed node.
+// Compares responses with all truths; an unsolved truth gives default values. `worst` (may be null) gets the
+// largest |u - u_FE| / |d| of each packed node.
 std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths, const Method& method,
                                          std::vector<double>* worst = nullptr);
 
-// Runs the comparison on `jobs` threads. Each site has its own method, so that no digit depends on the threads. Any
-// thread may call `make_method`; two methods never share a session. `progress` gets finished sites and their number.
+// Runs the comparison on `jobs` threads. Each site has its own method: digits do not depend on threads. Any
+// thread may call `make_method`, whose methods share no session. `progress` gets done and total sites.
 std::vector<MeasuredPush> measure_pushes(const std::vector<ContactTruth>& truths,
                                          const std::function<Method()>& make_method, int jobs,
                                          const std::function<void(int, int)>& progress = {},
                                          std::vector<double>* worst = nullptr);
 
-// Asks the runtime from rest, in a session that outlives the method. `sites`: the pack's site for each site
-// of a contact.
+// Returns a method that calls session.settle() and must not outlive `session`. `sites`: as in contacts_at().
 Method runtime_method(ModelUnitSession& session, std::vector<std::uint32_t> sites);
 
-// Asks the runtime in a session of its own (ModelUnitSession). Contacts name the pack's sites.
+// Returns a method with a session of its own. Contacts name sites of the pack.
 Method runtime_method(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                       std::uint32_t zone_rings = 0, bool refines = true);
 

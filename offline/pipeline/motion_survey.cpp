@@ -29,18 +29,20 @@ std::vector<std::uint32_t> all_sites(const OpenedPack& opened) {
   return sites;
 }
 
+// The last frame of a motion.
 struct Arrival {
   MeasuredPush push;
   double largest_jump = 0;  // force unit
   std::uint32_t flags = 0;
 };
 
-// What a contact frame added to the change of the force in the frame before, the largest of the contacts.
-double second_difference(const std::vector<Eigen::Vector3d>& before, const std::vector<Eigen::Vector3d>& then,
-                         const std::vector<Eigen::Vector3d>& now) {
+// Returns the largest |f_n - 2 f_(n-1) + f_(n-2)| of any contact over three frames.
+double second_difference(const std::vector<Eigen::Vector3d>& older,
+                         const std::vector<Eigen::Vector3d>& previous,
+                         const std::vector<Eigen::Vector3d>& current) {
   double largest = 0;
-  for (size_t c = 0; c < now.size(); ++c)
-    largest = std::max(largest, (now[c] - 2 * then[c] + before[c]).norm());
+  for (size_t c = 0; c < current.size(); ++c)
+    largest = std::max(largest, (current[c] - 2 * previous[c] + older[c]).norm());
   return largest;
 }
 
@@ -51,6 +53,7 @@ std::vector<Eigen::Vector3d> forces_of(const std::vector<pal_contact_result>& re
   return forces;
 }
 
+// Moves the contacts of a truth from rest at the speed of `motion`, in a session of its own.
 Arrival move_to(const OpenedPack& opened, const ContactTruth& truth, const Motion& motion,
                 std::uint32_t max_contacts, double floor) {
   ModelUnitSession session(opened, PAL_MODEL_ZONE, max_contacts, 0);
@@ -59,21 +62,21 @@ Arrival move_to(const OpenedPack& opened, const ContactTruth& truth, const Motio
   const double step = motion.speed * kFrame / opened.info().metres_per_length_unit;
   const int frames = std::max(1, static_cast<int>(std::ceil(truth.largest_displacement() / step)));
   session.contact_frame(contacts_at(truth.contacts, sites, 0));
-  std::vector<Eigen::Vector3d> before(truth.contacts.size(), Eigen::Vector3d::Zero());
-  std::vector<Eigen::Vector3d> then = before;
+  std::vector<Eigen::Vector3d> older(truth.contacts.size(), Eigen::Vector3d::Zero());
+  std::vector<Eigen::Vector3d> previous = older;
   std::vector<pal_contact_result> results;
   Arrival arrival;
   bool has_iterated = false;
   for (int frame = 1; frame <= frames; ++frame) {
-    // The last frame is a whole step, the first one perhaps less.
+    // All steps have the same length, except a shorter first step.
     const double part = 1 - (frames - frame) * step / truth.largest_displacement();
     results = session.contact_frame(contacts_at(truth.contacts, sites, part));
-    std::vector<Eigen::Vector3d> now = forces_of(results);
+    std::vector<Eigen::Vector3d> current = forces_of(results);
     if (has_iterated && frame > 2)
-      arrival.largest_jump = std::max(arrival.largest_jump, second_difference(before, then, now));
-    before = std::exchange(then, std::move(now));
-    // The frame that takes an iteration posts the next request, so an iteration every `lag` frames has that lag. The first
-    // one answers the frame at rest.
+      arrival.largest_jump = std::max(arrival.largest_jump, second_difference(older, previous, current));
+    older = std::exchange(previous, std::move(current));
+    // A frame that takes the result of an iteration posts the next request: an iteration every `lag` frames
+    // has this lag. The first iteration answers the frame at rest.
     has_iterated = frame % motion.lag == 0 && frame < frames;
     if (has_iterated) session.refine();
   }
@@ -132,7 +135,7 @@ int measure_lag(const OpenedPack& opened, const ContactTruth& truth) {
     const Clock::time_point start = Clock::now();
     session.refine();
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    if (i > 0) longest = std::max(longest, seconds);  // the first one prepares the exterior
+    if (i > 0) longest = std::max(longest, seconds);  // the first call prepares the exterior
   }
   return 1 + static_cast<int>(std::ceil(longest / kFrame));
 }

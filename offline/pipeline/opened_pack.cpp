@@ -88,7 +88,7 @@ OpenedPack::OpenedPack(const std::filesystem::path& file) {
 
 OpenedPack::OpenedPack(const AlignedBytes& bytes) {
   const pal_status status = pack_.open_memory(bytes.bytes().data(), bytes.bytes().size());
-  // A pack of our own writer fails this check only through numbers outside of their range.
+  // A pack of write_pack() fails this check only through numbers outside the range of float32.
   if (status == PAL_STATUS_CORRUPT_CONTENT)
     throw std::runtime_error(
         "the organ's forces or displacements are too large or too small for a pack's 32-bit numbers: state "
@@ -166,12 +166,13 @@ void ModelUnitSession::set_inclusion(pal_inclusion inclusion) {
   require_ok(status, "inclusion");
 }
 
-void ModelUnitSession::turn_patches(double part) {
+// Sets the orientations of the patches at a fraction of their rotations, as quaternions.
+void ModelUnitSession::rotate_patches(double fraction) {
   std::vector<double> orientations;
   for (const Eigen::Vector3d& rotation : rotations_) {
-    const double angle = part * rotation.norm();
-    const Eigen::Vector3d along = std::sin(angle / 2) * rotation.normalized();  // zero without a rotation
-    orientations.insert(orientations.end(), {std::cos(angle / 2), along[0], along[1], along[2]});
+    const double angle = fraction * rotation.norm();
+    const Eigen::Vector3d xyz = std::sin(angle / 2) * rotation.normalized();  // 0 where the rotation is 0
+    orientations.insert(orientations.end(), {std::cos(angle / 2), xyz[0], xyz[1], xyz[2]});
   }
   if (orientations.empty()) return;
   require_ok(pal_session_set_orientations(session_.get(), orientations.data(),
@@ -225,20 +226,20 @@ double ModelUnitSession::refine() {
 }
 
 std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_contact> contacts) {
-  turn_patches(0);
+  rotate_patches(0);
   contact_frame({});  // at rest
-  std::vector<pal_contact> on_the_way(contacts.begin(), contacts.end());
-  std::vector<pal_contact_result> results = contact_frame(on_the_way);
+  std::vector<pal_contact> step_contacts(contacts.begin(), contacts.end());
+  std::vector<pal_contact_result> results = contact_frame(step_contacts);
   if (results.empty() || results.front().model != PAL_MODEL_ZONE) return results;
-  contact_frame({});
+  contact_frame({});  // back to rest
   change_ = 0;
   constexpr double kStepsPerEdge = 8;
   constexpr int kStepsOfForce = 16;
   constexpr double kStepsPerRadian = 16;
   constexpr int kMostSteps = 64;
   constexpr int kMostFrames = 16;  // for one load step
-  constexpr int kMostHeld = 256;
-  const auto is_in_balance = [&] { return (results.front().flags & PAL_FLAG_UNCONVERGED) == 0; };
+  constexpr int kMostHoldFrames = 256;
+  const auto is_converged = [&] { return (results.front().flags & PAL_FLAG_UNCONVERGED) == 0; };
   double farthest = 0;
   int least_steps = 1;
   for (const pal_contact& contact : contacts) {
@@ -255,30 +256,30 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
   for (int step = 1; step <= steps; ++step) {
     for (size_t c = 0; c < contacts.size(); ++c) {
       for (size_t axis = 0; axis < 3; ++axis) {
-        on_the_way[c].displacement[axis] = contacts[c].displacement[axis] * step / steps;
-        on_the_way[c].force[axis] = contacts[c].force[axis] * step / steps;
+        step_contacts[c].displacement[axis] = contacts[c].displacement[axis] * step / steps;
+        step_contacts[c].force[axis] = contacts[c].force[axis] * step / steps;
       }
     }
-    turn_patches(static_cast<double>(step) / steps);
+    rotate_patches(static_cast<double>(step) / steps);
     for (int frame = 0; frame < kMostFrames; ++frame) {
-      results = contact_frame(on_the_way);
-      if (is_in_balance()) break;
+      results = contact_frame(step_contacts);
+      if (is_converged()) break;
     }
     if (refines_) refine();
   }
-  // Hold the contacts until the exterior is in equilibrium, then until the stiffness belongs to this state and no
-  // digit changes.
+  // Hold the contacts until the exterior is in equilibrium, then until the runtime has renewed the stiffness.
   constexpr double kRefined = 1e-6;  // of the largest displacement
   bool is_refined = !refines_;
   for (const Eigen::Vector3d& rotation : rotations_) farthest = std::max(farthest, edge * rotation.norm());
   for (const pal_contact_result& result : results)
     farthest = std::max(farthest, Eigen::Vector3d(result.displacement).norm());
-  for (int frame = 0, still = 0; frame < kMostHeld && still <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) {
+  for (int frame = 0, unchanged_frames = 0;
+       frame < kMostHoldFrames && unchanged_frames <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) {
     const bool has_changed_nothing = is_refined || refine() <= kRefined * farthest;
     results = contact_frame(contacts);
     is_refined =
         is_refined || (has_changed_nothing && frame > 0 && (results.front().flags & PAL_FLAG_UNREFINED) == 0);
-    still = is_refined && is_in_balance() ? still + 1 : 0;
+    unchanged_frames = is_refined && is_converged() ? unchanged_frames + 1 : 0;
   }
   for (pal_contact_result& result : results) {
     if (!is_refined) result.flags |= PAL_FLAG_UNREFINED;

@@ -44,42 +44,43 @@ class ModelUnitSession {
  public:
   // Settings of nonlinear_zone:
   //   `zone_rings`: 0 takes all rings of the pack,
-  //   Newton iterations of a frame: 0 takes the runtime's default,
-  //   whether patches turn,
-  //   whether `settle` goes on to the equilibrium of the whole organ.
+  //   `zone_iterations`: Newton iterations of a frame; 0 takes the default of the runtime,
+  //   `patches_turn`: patches follow the rotations of turn(),
+  //   `refines`: settle() continues to the equilibrium of the whole organ.
   ModelUnitSession(const OpenedPack& opened, pal_model model, std::uint32_t max_contacts,
                    std::uint32_t max_fixed, std::uint32_t zone_rings = 0, std::uint32_t zone_iterations = 0,
                    bool patches_turn = false, bool refines = true);
 
   void fix(std::span<const std::uint32_t> contact_nodes);
-  // Whether patches can turn: the pack allows turning, and the model is not polynomial alone.
+  // Sets gravity: length unit / s^2. Throws std::runtime_error where pack or model allow no other gravity.
   void set_gravity(const Eigen::Vector3d& acceleration);
   // Lengths in length units. The session must have zones.
   void set_inclusion(pal_inclusion inclusion);
-  // Sets the rotation of each contact's patch for `settle`: rotation vectors, radians. The session must turn patches.
+  // Sets the rotation of each contact's patch for settle(): rotation vectors, radians. Needs `patches_turn`.
   void turn(std::vector<Eigen::Vector3d> rotations) { rotations_ = std::move(rotations); }
-  // Torque and force of the last frame's contact: force unit x length unit, force unit.
+  // Returns the torque of a contact in the last frame, force unit x length unit, and its derivatives by
+  // displacement (force unit) and by rotation (force unit x length unit).
   pal_contact_torque torque(std::uint32_t contact) const;
-  // A frame; repeated after the refining lane's work, where the lane has to prepare a zone first. Displacements in length
-  // units; forces in force unit, stiffness in force unit / length unit.
+  // Computes a frame. Where a zone is missing, the refining lane prepares the zone and the frame is repeated.
+  // Displacements in length unit, forces in force unit, stiffness in force unit / length unit.
   std::vector<pal_contact_result> contact_frame(std::span<const pal_contact> contacts);
-  // Repeats frames from rest until an iterative model converges.
+  // Ramps the contacts from rest until nonlinear_zone converges. Other models need a single frame.
   std::vector<pal_contact_result> settle(std::span<const pal_contact> contacts);
   Eigen::VectorXd visual_frame();  // 3 packed nodes, length unit
-  // An iteration of the refining lane, if one is due. Returns by how much the last one since settle() began changed
-  // displacements: length unit. Infinite if it failed; 0: there was none.
+  // Runs an iteration of the refining lane, if due. Returns the largest change of a displacement component by
+  // the last iteration since settle() began: length unit; infinity after a failure, 0 before the first.
   double refine();
 
  private:
   ModelUnitSession(const OpenedPack& opened, const pal_session_config& config, bool refines);
-  void turn_patches(double part);
+  void rotate_patches(double fraction);
 
   const OpenedPack* opened_;
   AlignedBytes arena_;
   Session session_;
   std::vector<Eigen::Vector3d> rotations_;
   bool refines_;
-  double change_ = 0;  // of refine()
+  double change_ = 0;  // last result of refine(): length unit
 };
 
 // Throws std::runtime_error "WHERE: REASON" unless the status is OK.

@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kBarSteps = 1000;  // finer than any terminal is wide
+constexpr int kBarSteps = 1000;  // of a progress bar: more than the columns of any terminal
 
 Compliance compute_compliance(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                               const RestState& rest, int jobs) {
@@ -101,7 +101,7 @@ AlignedBytes write_surveyed_pack(const Assembly& assembly, const RestState& rest
   return write_pack(content);
 }
 
-// Shares the sites or the contact sets of a build among processes. Each process stores its solves for the first rank.
+// Shares the sites or contact sets of a build among the ranks. Returns summed counts on the first rank.
 SolveCounts share(Ranks& ranks, size_t count, const std::function<SolveCounts(RankQueue&)>& work) {
   SolveCounts counts;
   {
@@ -115,7 +115,8 @@ SolveCounts share(Ranks& ranks, size_t count, const std::function<SolveCounts(Ra
   return counts;
 }
 
-// Samples the sites and solves the contact sets on all ranks. Returns false on every rank but the first.
+// Samples the sites and solves the contact sets on all ranks; the first rank collects the results from the
+// store, and solves what is missing. Returns false on every rank but the first.
 bool solve_all(const BuildInputs& from, Ranks* ranks, PackBuild& build) {
   const size_t num_sites = num_worked(from.plan, from.sites);
   const auto sample = [&](const std::function<int(int)>& shown, const std::function<size_t()>& next) {
@@ -142,19 +143,20 @@ bool solve_all(const BuildInputs& from, Ranks* ranks, PackBuild& build) {
     }
     if (!ranks->is_first()) return false;
   }
-  SolveCounts here = sample([](int done) { return done; }, {});
-  here += solve_sets({});
-  if (is_shared) here.reused = here.not_kept = 0;  // share() has counted the reused and unkept solves
-  build.counts += here;
+  SolveCounts counts = sample([](int done) { return done; }, {});
+  counts += solve_sets({});
+  if (is_shared) counts.reused = counts.not_kept = 0;  // share() has counted the reused and unkept solves
+  build.counts += counts;
   return true;
 }
 
 }  // namespace
 
-std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<InputFile> inputs, Ranks* ranks) {
+std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<InputFile> input_files,
+                                      Ranks* ranks) {
   auto build = std::make_unique<PackBuild>();
   const bool is_first = ranks == nullptr || ranks->is_first();
-  // The ranks pin their fits to the dense compliance; a compressed compliance is not exact enough.
+  // The ranks take the linear parts of their fits from the dense compliance. Compression is too inexact.
   if (is_first || is_dense_at_hand(from.scene, from.sites))
     build->compliance = compute_compliance(from.assembly, from.scene, from.sites, from.rest, from.plan.jobs);
   const auto start = std::chrono::steady_clock::now();
@@ -162,7 +164,7 @@ std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<Input
   build->sampling_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   build->zone = plan_zone(from.assembly.model(), from.scene, from.sites);
   build->content.emplace(content_of(from.assembly.model(), from.scene, from.sites, from.rest, from.plan,
-                                    build->compliance, build->results, build->zone, std::move(inputs)));
+                                    build->compliance, build->results, build->zone, std::move(input_files)));
   build->bytes.emplace(write_surveyed_pack(from.assembly, from.rest, build->results, build->sets,
                                            from.plan.jobs, build->compliance, *build->content));
   return build;

@@ -1,4 +1,4 @@
-// Turns a scene into a pack: solves, fits, zones, survey by the real runtime, bytes. Each stage shows its progress.
+// Builds a pack from a scene: solves, fits, zones, survey by the real runtime, bytes.
 #pragma once
 
 #include <memory>
@@ -17,7 +17,7 @@ struct Compliance {
   std::optional<CompressedCompliance> compressed;
 };
 
-// A pack with its inputs. Not movable: `content` refers to the other members.
+// A built pack with all intermediate results. Not movable: `content` refers to the other members.
 struct PackBuild {
   Compliance compliance;
   std::vector<SiteResult> results;  // one for each site
@@ -40,12 +40,12 @@ struct BuildInputs {
   const ContactSites& sites;
   const RestState& rest;
   const SamplingPlan& plan;
-  const SampleStore* store = nullptr;  // solves in the store are not repeated; null: no solve is kept
+  const SampleStore* store = nullptr;  // supplies and keeps solves; null: no solve is kept
 };
 
-// Makes the pack. `inputs`: files that the pack carries. `ranks`: processes that share the solves; null: one
-// process. Returns null on every rank but the first.
-std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<InputFile> inputs,
+// Builds the pack. `input_files`: files that the pack carries. `ranks`: processes that share the solves;
+// null: one process. Returns null on every rank but the first.
+std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<InputFile> input_files,
                                       Ranks* ranks = nullptr);
 
 }  // namespace palpate

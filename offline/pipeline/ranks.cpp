@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-// Environment variables of Open MPI, MPICH and Slurm's launcher.
+// Whether mpirun started this process: reads environment variables of Open MPI, MPICH and Slurm's launcher.
 bool is_started_by_mpirun() {
   for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
     if (const char* size = std::getenv(variable)) return std::string(size) != "1";
@@ -27,7 +27,7 @@ bool is_started_by_mpirun() {
 #if PALPATE_MPI
 constexpr int kAsk = 1;
 constexpr int kAnswer = 2;
-// between polls; MPI itself polls without a pause
+// Pause between polls: MPI itself would poll without a pause.
 constexpr auto kPause = std::chrono::milliseconds(1);
 
 // Waits as MPI_Wait does, but leaves the core to the solving threads.

@@ -1,11 +1,10 @@
-// Distributes the sites of a build over the processes of an mpirun. Without mpirun or MPI one process serves its
-// threads.
+// Distributes the sites of a build over the ranks of an mpirun, or over the threads of a single process.
 //
 //   rank 0     threads ---- next() ----+
 //              serve() <--- which? ----+---- ranks 1 .. : threads, next()
 //
-// Ranks exchange site numbers only. Each rank keeps its solves in the shared folder of samples, and rank 0 reads them
-// from there at the end. Rank 0 solves a missing site itself, so that the pack does not depend on the ranks.
+// Ranks exchange site numbers only. Each rank keeps its solves in the shared folder of samples, which rank 0
+// reads at the end. Rank 0 solves a missing site itself: the pack does not depend on the ranks.
 #pragma once
 
 #include <atomic>
@@ -29,7 +28,7 @@ class Ranks {
   void wait_for_all();
   // Ends all ranks after an error. Rank 0 reports first: most errors occur on every rank.
   [[noreturn]] void fail(const char* reason);
-  // Returns the sum over all ranks on rank 0, and the own value elsewhere.
+  // Returns the sum over all ranks on rank 0, and `number` on other ranks.
   long sum(long number);
 
  private:
@@ -42,17 +41,19 @@ class Ranks {
 class RankQueue {
  public:
   RankQueue(const Ranks& ranks, size_t count);
-  ~RankQueue();  // on rank 0 waits until all ranks know that the queue is empty; not during an exception
+  ~RankQueue();  // rank 0 waits until all ranks know that the queue is empty, except during an exception
   RankQueue(const RankQueue&) = delete;
   RankQueue& operator=(const RankQueue&) = delete;
 
   // Returns `count` where the queue is empty. Thread-safe.
   size_t next();
-  // On rank 0: the numbers handed out so far, to all ranks.
+  // Returns, on rank 0, the count of numbers handed out to all ranks.
   size_t handed_out() const { return next_ < count_ ? next_.load() : count_; }
 
  private:
+  // Rank 0: answers the `others` until each knows that the queue is empty.
   void serve(const std::stop_token& stop, int others);
+  // Other ranks: requests a number from rank 0.
   size_t ask();
   bool is_first_;
   size_t count_;

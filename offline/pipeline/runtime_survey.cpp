@@ -27,7 +27,7 @@ RuntimeSurvey survey_of(const std::vector<SurveySample>& samples, const std::vec
   return survey;
 }
 
-// The slopes have the definitions of ErrorSurvey in schemas/pack.fbs.
+// Returns the reach of a set (ErrorSurvey in schemas/pack.fbs): the sum of (|d| / max_displacement)^2.
 double reach_of(const OpenedPack& opened, const ContactTruth& set) {
   double reach = 0;
   for (const LinearContact& contact : set.contacts)
@@ -35,6 +35,7 @@ double reach_of(const OpenedPack& opened, const ContactTruth& set) {
   return reach;
 }
 
+// Returns the load of a set (ErrorSurvey): the largest |f| / (max_displacement |S|), S the patch stiffness.
 double load_of(const OpenedPack& opened, const ContactTruth& set, const MethodAnswer& answer) {
   const pack::ContactSites& sites = *opened.tables().sites();
   const std::span<const std::uint32_t> starts = opened.segment(*sites.patch_starts());
@@ -59,32 +60,32 @@ RuntimeSetSurvey survey_runtime_sets(const OpenedPack& opened, pal_model model, 
   for (const ContactSet& set : solved.sets) most_contacts = std::max(most_contacts, set.contacts.size());
   survey.answers.resize(solved.sets.size());
   std::vector<SampleErrors> estimates(solved.sets.size());
-  const auto ask = [&](size_t, size_t i) {
+  const auto measure_set = [&](size_t, size_t i) {
     const ContactTruth& truth = solved.truths[i];
     const MethodAnswer answer =
         runtime_method(opened, model, static_cast<std::uint32_t>(most_contacts), 0, refines)(truth.contacts);
     estimates[i] = {answer.displacement_estimate, answer.force_estimate};
-    SetAnswer& said = survey.answers[i];
-    said.kind = solved.sets[i].kind;
-    said.is_solved = truth.solved;
+    SetAnswer& set_answer = survey.answers[i];
+    set_answer.kind = solved.sets[i].kind;
+    set_answer.is_solved = truth.solved;
     const std::uint32_t expected = refines ? 0 : PAL_FLAG_UNREFINED;
-    said.is_flagged = (answer.flags & ~expected) != 0;
-    said.reach = reach_of(opened, truth);
-    if (model == PAL_MODEL_ZONE) said.load = load_of(opened, truth, answer);
+    set_answer.is_flagged = (answer.flags & ~expected) != 0;
+    set_answer.reach = reach_of(opened, truth);
+    if (model == PAL_MODEL_ZONE) set_answer.load = load_of(opened, truth, answer);
     if (!truth.solved) return;
     const MeasuredPush push = measure_push(truth, answer, kForceFloor * largest_force({truth}));
-    said.displacement_error = push.displacement_error;
-    said.force_error = push.force_error;
+    set_answer.displacement_error = push.displacement_error;
+    set_answer.force_error = push.force_error;
   };
   ProgressBar bar(std::string("errors of several contacts, ") + model_name(model),
                   static_cast<int>(solved.sets.size()));
-  for_each_on_threads(solved.sets.size(), jobs, ask, [&](int done, int) { bar.show(done); });
+  for_each_on_threads(solved.sets.size(), jobs, measure_set, [&](int done, int) { bar.show(done); });
   for (size_t i = 0; model == PAL_MODEL_ZONE && i < survey.answers.size(); ++i) {
-    const SetAnswer& said = survey.answers[i];
-    if (said.is_flagged) continue;
+    const SetAnswer& set_answer = survey.answers[i];
+    if (set_answer.is_flagged) continue;
     ++survey.estimated;
-    survey.displacement_covered += said.displacement_error <= estimates[i].displacement ? 1 : 0;
-    survey.force_covered += said.force_error <= estimates[i].force ? 1 : 0;
+    survey.displacement_covered += set_answer.displacement_error <= estimates[i].displacement ? 1 : 0;
+    survey.force_covered += set_answer.force_error <= estimates[i].force ? 1 : 0;
   }
   survey.table = tabulate_sets(survey.answers);
   if (model != PAL_MODEL_ZONE) survey.table.over_load = survey.table.over_reach = {};
@@ -106,6 +107,7 @@ RuntimeSurvey survey_runtime(const OpenedPack& opened, pal_model model,
   std::vector<SurveySample> answered;
   std::vector<MeasuredPush> measured;
   for (size_t i = 0; i < samples.size(); ++i) {
+    // A site without samples belongs to affine_site, every other site to polynomial_dd.
     if ((polynomials[samples[i].site].samples == 0) != (model == PAL_MODEL_AFFINE)) continue;
     answered.push_back(samples[i]);
     measured.push_back(pushes[i]);

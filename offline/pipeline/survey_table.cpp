@@ -167,8 +167,8 @@ std::string motion_text(const std::vector<MotionErrors>& rows) {
 
 nlohmann::json motion_json(const std::vector<MotionErrors>& rows) {
   nlohmann::json list = nlohmann::json::array();
-  const auto figures = [](const ErrorFigures& of) {
-    return nlohmann::json{{"median", of.median}, {"p95", of.p95}, {"max", of.max}};
+  const auto figures = [](const ErrorFigures& errors) {
+    return nlohmann::json{{"median", errors.median}, {"p95", errors.p95}, {"max", errors.max}};
   };
   for (const MotionErrors& row : rows) {
     list.push_back({{"speed_mm_s", 1e3 * row.motion.speed},

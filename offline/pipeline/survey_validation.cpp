@@ -7,18 +7,20 @@
 namespace palpate {
 namespace {
 
-// Accepted ratio of a new p95 to the pack's p95. Errors below the rounding of float32 fields count as equal.
+// Accepted ratio of an error to the p95 in the pack. Errors below the rounding of float32 count as equal.
 constexpr double kMostRatio = 1.5;
 constexpr double kRounding = 1e-5;
-// Accepts a share below 95 % if chance alone gives so few with a probability of at least 1 %.
+// A share below 95 % is accepted if chance alone gives so small a share with at least this probability.
 constexpr double kLeastChance = 0.01;
 
 double ratio(const ErrorFigures& found, const ErrorFigures& claim) {
   return std::max(found.p95, kRounding) / std::max(claim.p95, kRounding);
 }
 
-// Whether 95 % of all errors may lie within kMostRatio times the claim. The p95 of few pushes is mostly chance.
-bool keeps(const std::vector<SampleErrors>& errors, double SampleErrors::*error, const ErrorFigures& claim) {
+// Whether the share of errors within kMostRatio times the claimed p95 is consistent with 95 %. The test
+// counts errors, since the p95 of few pushes is mostly chance.
+bool is_within_claim(const std::vector<SampleErrors>& errors, double SampleErrors::*error,
+                     const ErrorFigures& claim) {
   const double most = kMostRatio * std::max(claim.p95, kRounding);
   const auto within = std::count_if(errors.begin(), errors.end(),
                                     [&](const SampleErrors& one) { return one.*error <= most; });
@@ -31,7 +33,7 @@ const SetKindErrors* of_kind(const SetSurvey& survey, SetKind kind) {
   return found == survey.kinds.end() ? nullptr : &*found;
 }
 
-double part(int covered, int solved) {
+double coverage(int covered, int solved) {
   return solved > 0 ? 1.0 * covered / solved : 0;
 }
 
@@ -46,53 +48,53 @@ double SurveyValidation::force_ratio() const {
 }
 
 double SurveyValidation::displacement_coverage() const {
-  return part(measured.displacement_covered, measured.solved);
+  return coverage(measured.displacement_covered, measured.solved);
 }
 
 double SurveyValidation::force_coverage() const {
-  return part(measured.force_covered, measured.solved);
+  return coverage(measured.force_covered, measured.solved);
 }
 
 bool SurveyValidation::agrees() const {
-  if (measured.errors.empty()) return true;  // no push was at a site of this model
-  return keeps(measured.errors, &SampleErrors::displacement, claimed.displacement) &&
-         keeps(measured.errors, &SampleErrors::force, claimed.force) &&
+  if (measured.errors.empty()) return true;  // no push at a site of this model
+  return is_within_claim(measured.errors, &SampleErrors::displacement, claimed.displacement) &&
+         is_within_claim(measured.errors, &SampleErrors::force, claimed.force) &&
          chance_of_covering(measured.displacement_covered, measured.solved) >= kLeastChance &&
          chance_of_covering(measured.force_covered, measured.solved) >= kLeastChance;
 }
 
-double KeptSets::displacement_ratio(SetKind kind) const {
+double SetValidation::displacement_ratio(SetKind kind) const {
   return ratio(of_kind(measured.table, kind)->displacement, of_kind(claimed, kind)->displacement);
 }
 
-double KeptSets::force_ratio(SetKind kind) const {
+double SetValidation::force_ratio(SetKind kind) const {
   return ratio(of_kind(measured.table, kind)->force, of_kind(claimed, kind)->force);
 }
 
-double KeptSets::displacement_coverage() const {
-  return part(measured.displacement_covered, measured.estimated);
+double SetValidation::displacement_coverage() const {
+  return coverage(measured.displacement_covered, measured.estimated);
 }
 
-double KeptSets::force_coverage() const {
-  return part(measured.force_covered, measured.estimated);
+double SetValidation::force_coverage() const {
+  return coverage(measured.force_covered, measured.estimated);
 }
 
-bool KeptSets::agrees() const {
+bool SetValidation::agrees() const {
   if (measured.answers.empty()) return true;
-  return keeps_sets(&SetAnswer::displacement_error, &SetKindErrors::displacement) &&
-         keeps_sets(&SetAnswer::force_error, &SetKindErrors::force) &&
+  return is_consistent(&SetAnswer::displacement_error, &SetKindErrors::displacement) &&
+         is_consistent(&SetAnswer::force_error, &SetKindErrors::force) &&
          chance_of_covering(measured.displacement_covered, measured.estimated) >= kLeastChance &&
          chance_of_covering(measured.force_covered, measured.estimated) >= kLeastChance;
 }
 
-bool KeptSets::keeps_sets(double SetAnswer::*error, ErrorFigures SetKindErrors::*claim) const {
+bool SetValidation::is_consistent(double SetAnswer::*error, ErrorFigures SetKindErrors::*claim) const {
   int within = 0;
   int counted = 0;
   for (const SetAnswer& answer : measured.answers) {
-    const SetKindErrors* said = of_kind(claimed, answer.kind);
-    if (said == nullptr || !answer.counts()) continue;
+    const SetKindErrors* claimed_errors = of_kind(claimed, answer.kind);
+    if (claimed_errors == nullptr || !answer.counts()) continue;
     ++counted;
-    within += answer.*error <= kMostRatio * std::max((said->*claim).p95, kRounding) ? 1 : 0;
+    within += answer.*error <= kMostRatio * std::max((claimed_errors->*claim).p95, kRounding) ? 1 : 0;
   }
   return chance_of_covering(within, counted) >= kLeastChance;
 }
@@ -107,10 +109,11 @@ std::vector<SurveyValidation> judge_pack(const OpenedPack& opened, const std::ve
          survey_runtime(opened, claimed.runtime_model, samples, max_displacement, jobs, claimed.refines),
          {}});
     if (claimed.sets.kinds.empty() || sets.sets.empty()) continue;
-    KeptSets& kept = models.back().sets;
-    kept = {claimed.sets, survey_runtime_sets(opened, claimed.runtime_model, sets, jobs, claimed.refines)};
-    // With few sites the builder may lack a kind of set.
-    std::erase_if(kept.measured.table.kinds,
+    SetValidation& validation = models.back().sets;
+    validation = {claimed.sets,
+                  survey_runtime_sets(opened, claimed.runtime_model, sets, jobs, claimed.refines)};
+    // A builder with few sites may lack a kind of set.
+    std::erase_if(validation.measured.table.kinds,
                   [&](const SetKindErrors& errors) { return of_kind(claimed.sets, errors.kind) == nullptr; });
   }
   return models;

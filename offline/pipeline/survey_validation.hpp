@@ -9,7 +9,7 @@
 namespace palpate {
 
 // Claimed and measured errors of a model at contact sets. Empty without a claim or without solved sets.
-struct KeptSets {
+struct SetValidation {
   SetSurvey claimed = {};
   RuntimeSetSurvey measured = {};
 
@@ -18,11 +18,11 @@ struct KeptSets {
   double force_ratio(SetKind kind) const;
   double displacement_coverage() const;  // share of unflagged responses within the estimate
   double force_coverage() const;
-  // Applies the test of SurveyValidation::agrees() to each set and its kind's claim.
+  // Applies the tests of SurveyValidation::agrees() to each set and the claim for its kind.
   bool agrees() const;
 
  private:
-  bool keeps_sets(double SetAnswer::*error, ErrorFigures SetKindErrors::*claim) const;
+  bool is_consistent(double SetAnswer::*error, ErrorFigures SetKindErrors::*claim) const;
 };
 
 // One model of the pack: claimed and measured errors.
@@ -30,7 +30,7 @@ struct SurveyValidation {
   std::string model;  // "linear_dd", ...
   SurveyBin claimed;
   RuntimeSurvey measured;
-  KeptSets sets = {};
+  SetValidation sets = {};
 
   // New p95 / the pack's p95. Errors below the rounding of float32 fields count as equal.
   double displacement_ratio() const;

@@ -15,14 +15,14 @@
 namespace palpate {
 namespace {
 
-// The region of a map: a ball about both centres.
+// The region of a map: a ball about the midpoint of site s and contact t.
 struct Region {
   Eigen::Vector3d middle;
   double radius;
   std::vector<Eigen::Vector3d> edge;  // surface nodes on the region's boundary
 };
 
-// The ball grows with the distance of the centres until it meets a fixed node.
+// The radius is 2 h + |s - t|. Where the ball would contain fixed nodes, it ends at the nearest fixed node.
 Region region_of(const Model& model, const ContactSites& sites, const Eigen::Vector3d& s,
                  const Eigen::Vector3d& t) {
   constexpr double kLeastRadius = 2;  // multiple of h
@@ -37,8 +37,9 @@ Region region_of(const Model& model, const ContactSites& sites, const Eigen::Vec
   region.radius = std::min(region.radius, to_fixed);
   for (const int node : sites.packed_nodes) {
     const Eigen::Vector3d& at = model.positions[static_cast<size_t>(node)];
-    const bool counts = !meets_fixed || fixed[static_cast<size_t>(node)];
-    if (counts && std::abs((at - region.middle).norm() - region.radius) < 0.75 * h) region.edge.push_back(at);
+    const bool is_candidate = !meets_fixed || fixed[static_cast<size_t>(node)];
+    if (is_candidate && std::abs((at - region.middle).norm() - region.radius) < 0.75 * h)
+      region.edge.push_back(at);
   }
   return region;
 }
@@ -48,8 +49,7 @@ double condition_of(const Eigen::Matrix3d& matrix) {
   return values[0] / values[2];
 }
 
-// Eq. (25): [b1 b2 t] = phi [b1 b2 s]. The paper leaves the boundary nodes b1 and b2 open; this function
-// takes the best-conditioned pair.
+// Eq. (25): [b1 b2 t] = phi [b1 b2 s]. The paper leaves b1 and b2 open; the best-conditioned pair is taken.
 std::optional<Placement> place_as_paper(const Region& region, const Eigen::Vector3d& s,
                                         const Eigen::Vector3d& t, bool inverse) {
   Eigen::Matrix3d from;
@@ -74,21 +74,21 @@ std::optional<Placement> place_as_paper(const Region& region, const Eigen::Vecto
   return placement;
 }
 
-// phi(x) = t + A (x - s), with A the least-squares solution of phi(b) = b on the boundary. A small
-// regularisation keeps undetermined directions unchanged.
+// phi(x) = t + A (x - s), A the least-squares solution of phi(b) = b on the boundary. The regularisation
+// keeps undetermined directions unchanged.
 std::optional<Placement> place_affinely(const Region& region, const Eigen::Vector3d& s,
                                         const Eigen::Vector3d& t) {
-  constexpr double kHeld = 1e-3;
+  constexpr double kRegularisation = 1e-3;
   Eigen::Matrix3d gram = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d image = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d& b : region.edge) {
     gram += (b - s) * (b - s).transpose();
     image += (b - t) * (b - s).transpose();
   }
-  const double held = kHeld * gram.trace();
-  if (!(held > 0)) return std::nullopt;
-  gram.diagonal().array() += held;
-  image.diagonal().array() += held;
+  const double regularisation = kRegularisation * gram.trace();
+  if (!(regularisation > 0)) return std::nullopt;
+  gram.diagonal().array() += regularisation;
+  image.diagonal().array() += regularisation;
   const Eigen::Matrix3d A = image * gram.inverse();
   if (!(std::abs(A.determinant()) > 1e-6)) return std::nullopt;
   Placement placement;
@@ -99,8 +99,7 @@ std::optional<Placement> place_affinely(const Region& region, const Eigen::Vecto
   return placement;
 }
 
-// Barycentric coordinates of the point of triangle a b c nearest to p (Ericson 2005, Real-Time Collision
-// Detection, section 5.1.5).
+// Barycentric coordinates of the point of a b c nearest to p (Ericson 2005, Real-Time Collision Detection).
 std::array<double, 3> nearest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                           const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   const Eigen::Vector3d ab = b - a;
@@ -127,15 +126,17 @@ std::array<double, 3> nearest_on_triangle(const Eigen::Vector3d& p, const Eigen:
   return {va / sum, vb / sum, vc / sum};
 }
 
-Eigen::MatrixXd moved_rows(const Eigen::MatrixXd& rows, const Placement& placement, const LocalTable& table) {
+// Interpolates the rows of a field (three for each packed node) by `table` and maps the vectors by Q.
+Eigen::MatrixXd transferred_rows(const Eigen::MatrixXd& rows, const Placement& placement,
+                                 const LocalTable& table) {
   Eigen::MatrixXd out(rows.rows(), rows.cols());
   for (size_t node = 0; node < table.nodes.size(); ++node) {
-    Eigen::MatrixXd taken = Eigen::MatrixXd::Zero(3, rows.cols());
+    Eigen::MatrixXd interpolated = Eigen::MatrixXd::Zero(3, rows.cols());
     for (size_t k = 0; k < 3; ++k) {
       if (table.weights[node][k] != 0)
-        taken += table.weights[node][k] * rows.middleRows<3>(Eigen::Index{3} * table.nodes[node][k]);
+        interpolated += table.weights[node][k] * rows.middleRows<3>(Eigen::Index{3} * table.nodes[node][k]);
     }
-    out.middleRows<3>(3 * static_cast<Eigen::Index>(node)) = placement.of_vectors * taken;
+    out.middleRows<3>(3 * static_cast<Eigen::Index>(node)) = placement.of_vectors * interpolated;
   }
   return out;
 }
@@ -146,7 +147,7 @@ SitePolynomial unsampled_polynomial(const SiteLinearResponse& linear, const Tayl
                                     const Eigen::Matrix3d& to_unit, bool half) {
   // x = A d = s y: a coefficient of degree k scales with s^-k.
   const double s = (to_unit * series.axes)(0, 0);
-  const auto per_power = [&](int first, int last) {
+  const auto degree_scales = [&](int first, int last) {
     Eigen::VectorXd factors(pack::num_monomials(static_cast<uint32_t>(first), static_cast<uint32_t>(last)));
     Eigen::Index place = 0;
     for (int degree = first; degree <= last; ++degree) {
@@ -161,21 +162,21 @@ SitePolynomial unsampled_polynomial(const SiteLinearResponse& linear, const Tayl
   polynomial.degree = kSeriesDegree;
   const Eigen::Matrix3d from_unit = to_unit.inverse();
   polynomial.linear = linear.field * from_unit;
-  // B m = (B T^-T) (T^T m): in orthonormal polynomials a column's size is its share of the field.
+  // F m = (F T^-T) (T^T m). As T^T m are orthonormal, a column of F T^-T has its share of the field as norm.
   polynomial.coefficients = orthonormal_on_ball(2, kSeriesDegree, half);
   polynomial.basis = polynomial.coefficients.triangularView<Eigen::Upper>()
-                         .solve(per_power(2, kSeriesDegree).asDiagonal() * series.field.transpose())
+                         .solve(degree_scales(2, kSeriesDegree).asDiagonal() * series.field.transpose())
                          .transpose();
   const Eigen::Matrix3d S = from_unit.transpose() * linear.stiffness * from_unit;
   polynomial.energy.resize(pack::num_monomials(2, kSeriesDegree + 1));
   polynomial.energy << 0.5 * S(0, 0), S(0, 1), S(0, 2), 0.5 * S(1, 1), S(1, 2), 0.5 * S(2, 2),
-      per_power(3, kSeriesDegree + 1).asDiagonal() * series.energy;
+      degree_scales(3, kSeriesDegree + 1).asDiagonal() * series.energy;
   return polynomial;
 }
 
 std::array<Eigen::Vector3d, 2> least_certain_points(const SitePolynomial& polynomial, bool half) {
   constexpr int kDirections = 96;
-  constexpr double kApart = 0.5;  // cosine
+  constexpr double kApart = 0.5;  // cosine of the least angle
   const Eigen::Index terms = pack::num_monomials(static_cast<uint32_t>(polynomial.degree));
   const Eigen::MatrixXd last = polynomial.basis * polynomial.coefficients.bottomRows(terms).transpose();
   std::array<Eigen::Vector3d, 2> points = {Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX()};
@@ -265,8 +266,8 @@ LocalTable local_table(const Model& model, const ContactSites& sites, const Plac
 SitePolynomial moved(const SitePolynomial& polynomial, const Placement& placement, const LocalTable& table) {
   SitePolynomial out = polynomial;
   out.to_unit = polynomial.to_unit * placement.of_vectors.transpose();
-  out.linear = moved_rows(polynomial.linear, placement, table);
-  out.basis = moved_rows(polynomial.basis, placement, table);
+  out.linear = transferred_rows(polynomial.linear, placement, table);
+  out.basis = transferred_rows(polynomial.basis, placement, table);
   return out;
 }
 
@@ -282,25 +283,25 @@ std::vector<double> site_weights(const std::vector<Eigen::Vector3d>& places, con
                                  const Eigen::Vector3d& normal) {
   double farthest = 0;
   for (const Eigen::Vector3d& place : places) farthest = std::max(farthest, (place - contact).norm());
-  // Least-squares weights: zero at the farthest site, infinite at a coincident site, which then answers alone.
+  // The kernel is zero at the farthest site, and so large at a coincident site that only this site counts.
   Eigen::Matrix3d tangents = Eigen::Matrix3d::Identity() - normal * normal.transpose();
   const auto count = static_cast<Eigen::Index>(places.size());
   Eigen::MatrixXd terms(count, 4);
   Eigen::VectorXd kernel(count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const Eigen::Vector3d away = places[static_cast<size_t>(i)] - contact;
-    const double part = away.norm() / farthest;
-    terms.row(i) << 1, (tangents * away).transpose() / farthest;
+    const Eigen::Vector3d offset = places[static_cast<size_t>(i)] - contact;
+    const double part = offset.norm() / farthest;
+    terms.row(i) << 1, (tangents * offset).transpose() / farthest;
     kernel[i] = std::pow(1 - part, 2) / (part * part + 1e-12);
   }
-  // The normal direction has nothing to reproduce; the minimum-norm weights suffice.
+  // The projected offsets leave the normal direction undetermined; the diagonal term makes `gram` definite.
   Eigen::Matrix4d gram = terms.transpose() * kernel.asDiagonal() * terms;
   gram.diagonal().tail<3>().array() += 1e-3 * kernel.sum() / static_cast<double>(places.size());
-  const Eigen::Vector4d shares = solve_definite(gram, Eigen::Vector4d::Unit(0));
+  const Eigen::Vector4d multipliers = solve_definite(gram, Eigen::Vector4d::Unit(0));
   std::vector<double> weights(places.size());
   double sum = 0;
   for (Eigen::Index i = 0; i < count; ++i) {
-    weights[static_cast<size_t>(i)] = kernel[i] * terms.row(i).dot(shares);
+    weights[static_cast<size_t>(i)] = kernel[i] * terms.row(i).dot(multipliers);
     sum += weights[static_cast<size_t>(i)];
   }
   for (double& weight : weights) weight /= sum;

@@ -11,10 +11,10 @@
 namespace palpate {
 namespace {
 
-// Mean of x^a y^b z^c over the ball, n = a + b + c:
+// Returns the mean of x^a y^b z^c over the ball, n = a + b + c, as the product of two means:
 //   sphere: 2 G(a) G(b) G(c) / (4 pi Gamma((n + 3) / 2)), G(a) = Gamma((a + 1) / 2); 0 for odd exponents
 //   radius: r^n has the mean 3 / (n + 3)
-// The half-ball also has odd c.
+// On the half-ball odd c also have a mean.
 double moment(std::uint32_t a, std::uint32_t b, std::uint32_t c, bool half) {
   if (a % 2 != 0 || b % 2 != 0 || (c % 2 != 0 && !half)) return 0;
   const double n = a + b + c;
@@ -41,7 +41,7 @@ Eigen::MatrixXd orthonormal_on_ball(int first, int last, bool half) {
       gram(i, j) = moment(p[0] + q[0], p[1] + q[1], p[2] + q[2], half);
     }
   }
-  // q = L^-1 m has the mean of q q^T = L^-1 G L^-T = 1.
+  // With G = L L^T and q = L^-1 m, the mean of q q^T is L^-1 G L^-T = I.
   const Eigen::LLT<Eigen::MatrixXd> factor(gram);
   return factor.matrixU().solve(Eigen::MatrixXd::Identity(count, count));
 }

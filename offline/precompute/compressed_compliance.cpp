@@ -13,14 +13,13 @@
 namespace palpate {
 namespace {
 
-// Nodes nearer than this fraction of the panel's diagonal are near. The value balances pack size on small and
-// large organs.
+// Nodes within this fraction of a panel's diagonal are near. The value suits small and large organs.
 constexpr double kNearness = 0.4;
-// Blocks with more columns stay uncompressed: little larger, and without a product.
+// A block that needs more columns stays uncompressed: its bytes grow little, and frames save a product.
 constexpr Eigen::Index kMostColumns = 64;
 constexpr int kSlab = 96;  // right-hand sides of one solve
 
-// Groups neighbouring nodes by 32: recursive bisection across the longest side.
+// Divides nodes [first, last) into groups of up to 32 neighbours by bisection across the longest side.
 void split(const Model& model, std::vector<int>& nodes, size_t first, size_t last,
            std::vector<std::vector<int>>& groups) {
   const size_t count = (last - first + pack::kPanelNodes - 1) / pack::kPanelNodes;
@@ -49,10 +48,10 @@ void split(const Model& model, std::vector<int>& nodes, size_t first, size_t las
   split(model, nodes, middle, last, groups);
 }
 
-// A panel's blocks before the final layout by node.
+// The blocks of one panel, before lay_out() orders all blocks by contact node.
 struct PanelBlocks {
   std::vector<std::uint32_t> ranks;  // for each contact node
-  std::vector<size_t> starts;
+  std::vector<size_t> starts;        // offset in `values`, for each contact node
   std::vector<float> values;
 };
 
@@ -84,7 +83,7 @@ class Compressor {
       for (size_t i = 0; i < groups_[p].size(); ++i)
         panel.nodes[i] = static_cast<std::uint32_t>(packed_of_[static_cast<size_t>(groups_[p][i])]);
       panel.first_column = static_cast<std::uint32_t>(result.basis.size() / pack::kPanelRows);
-      blocks.push_back(p < num_moving_ ? compress(groups_[p], result.basis) : nothing());
+      blocks.push_back(p < num_moving_ ? compress(groups_[p], result.basis) : empty_blocks());
       panel.num_columns =
           static_cast<std::uint32_t>(result.basis.size() / pack::kPanelRows) - panel.first_column;
       result.panels.push_back(panel);
@@ -99,26 +98,26 @@ class Compressor {
   }
 
  private:
-  // Groups moving nodes first. Immovable nodes get separate, empty panels.
+  // Groups the moving nodes, then the nodes fixed along all axes, whose panels stay empty.
   void group_nodes() {
     const Model& model = assembly_.model();
     packed_of_.assign(static_cast<size_t>(model.num_nodes()), -1);
     std::vector<int> moving;
-    std::vector<int> still;
+    std::vector<int> immovable;
     for (size_t i = 0; i < sites_.packed_nodes.size(); ++i) {
       const int node = sites_.packed_nodes[i];
       packed_of_[static_cast<size_t>(node)] = static_cast<int>(i);
       bool moves = false;
       for (int axis = 0; axis < 3; ++axis)
         moves = moves || assembly_.dof_equations()[static_cast<size_t>(3 * node + axis)] >= 0;
-      (moves ? moving : still).push_back(node);
+      (moves ? moving : immovable).push_back(node);
     }
     if (!moving.empty()) split(model, moving, 0, moving.size(), groups_);
     num_moving_ = groups_.size();
-    if (!still.empty()) split(model, still, 0, still.size(), groups_);
+    if (!immovable.empty()) split(model, immovable, 0, immovable.size(), groups_);
   }
 
-  // Returns columns of K^-1 at the dofs of these nodes.
+  // Returns the columns of K^-1 at the dofs of these nodes: all dofs x 3 nodes.
   Eigen::MatrixXd columns_of(const std::vector<int>& nodes) {
     Eigen::MatrixXd columns =
         Eigen::MatrixXd::Zero(assembly_.num_dofs(), static_cast<Eigen::Index>(3 * nodes.size()));
@@ -143,6 +142,7 @@ class Compressor {
     }
   }
 
+  // Returns s_a = sqrt(K^-1_aa) of these nodes from their columns of K^-1.
   static Eigen::VectorXd roots_of(const std::vector<int>& nodes, const Eigen::MatrixXd& columns) {
     Eigen::VectorXd roots(columns.cols());
     for (Eigen::Index j = 0; j < columns.cols(); ++j)
@@ -150,7 +150,7 @@ class Compressor {
     return roots;
   }
 
-  PanelBlocks nothing() const {
+  PanelBlocks empty_blocks() const {
     return {std::vector<std::uint32_t>(static_cast<size_t>(num_contacts_), 0),
             std::vector<size_t>(static_cast<size_t>(num_contacts_), 0),
             {}};
@@ -164,7 +164,7 @@ class Compressor {
     return box.exteriorDistance(at) <= kNearness * box.diagonal().norm();
   }
 
-  // Compresses one panel; appends its columns to `basis`.
+  // Compresses one panel. Appends the columns of its B to `basis`.
   PanelBlocks compress(const std::vector<int>& nodes, std::vector<float>& basis) {
     const Eigen::MatrixXd columns = columns_of(nodes);
     const Eigen::Index rows = columns.cols();
@@ -177,19 +177,19 @@ class Compressor {
       if (!is_near(nodes, c)) far.push_back(c);
     }
     const Eigen::MatrixXf modes = far_modes(compliance, roots, far);
-    // Z = max s Q^T s^-1 C; an immovable dof has a row of zeros in C.
+    // weights = B (max s / s)^2, hence weights^T C = Z. A fixed dof has s = 0 and a row of zeros in C.
     const Eigen::VectorXd inverse_roots = roots.unaryExpr([](double s) { return s > 0 ? 1.0 / s : 0.0; });
     const Eigen::MatrixXd weights =
         (modes.cast<double>().array().colwise() * (roots.maxCoeff() * inverse_roots).array().square())
             .matrix();
-    PanelBlocks blocks = nothing();
+    PanelBlocks blocks = empty_blocks();
     std::fill(blocks.ranks.begin(), blocks.ranks.end(), pack::kPanelRows);
     std::vector<std::vector<float>> reduced(far.size());
     parallel_for(assembly_.threads(), static_cast<int>(far.size()), [&](int index, int) {
       const int c = far[static_cast<size_t>(index)];
-      const Eigen::Matrix<double, Eigen::Dynamic, 3> whole = compliance.middleCols<3>(3 * c);
-      const Eigen::Matrix<float, Eigen::Dynamic, 3> z = (weights.transpose() * whole).cast<float>();
-      const Eigen::Index rank = rank_of(whole, modes, z, roots, contact_roots_.segment<3>(3 * c));
+      const Eigen::Matrix<double, Eigen::Dynamic, 3> exact_block = compliance.middleCols<3>(3 * c);
+      const Eigen::Matrix<float, Eigen::Dynamic, 3> z = (weights.transpose() * exact_block).cast<float>();
+      const Eigen::Index rank = rank_of(exact_block, modes, z, roots, contact_roots_.segment<3>(3 * c));
       if (rank < 0) return;
       blocks.ranks[static_cast<size_t>(c)] = static_cast<std::uint32_t>(rank);
       for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -215,7 +215,7 @@ class Compressor {
     return blocks;
   }
 
-  // B, in stored precision.
+  // Returns B for the far nodes, at most kMostColumns columns, in stored precision.
   Eigen::MatrixXf far_modes(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& roots,
                             const std::vector<int>& far) const {
     const Eigen::Index rows = compliance.rows();
@@ -241,17 +241,17 @@ class Compressor {
   }
 
   // Returns the fewest columns that keep every entry within tolerance; -1 where all columns do not suffice.
-  Eigen::Index rank_of(const Eigen::Matrix<double, Eigen::Dynamic, 3>& whole, const Eigen::MatrixXf& modes,
-                       const Eigen::Matrix<float, Eigen::Dynamic, 3>& z, const Eigen::VectorXd& roots,
-                       const Eigen::Vector3d& contact_roots) const {
-    Eigen::Matrix<double, Eigen::Dynamic, 3> error = whole;
+  Eigen::Index rank_of(const Eigen::Matrix<double, Eigen::Dynamic, 3>& exact_block,
+                       const Eigen::MatrixXf& modes, const Eigen::Matrix<float, Eigen::Dynamic, 3>& z,
+                       const Eigen::VectorXd& roots, const Eigen::Vector3d& contact_roots) const {
+    Eigen::Matrix<double, Eigen::Dynamic, 3> error = exact_block;
     for (Eigen::Index rank = 0;; rank += pack::kRankStep) {
-      bool keeps = true;
-      for (Eigen::Index axis = 0; axis < 3 && keeps; ++axis) {
-        const double own = contact_roots[axis];
-        keeps = (error.col(axis).array().abs() <= tolerance_ * own * roots.array().min(own)).all();
+      bool is_within = true;
+      for (Eigen::Index axis = 0; axis < 3 && is_within; ++axis) {
+        const double s_b = contact_roots[axis];
+        is_within = (error.col(axis).array().abs() <= tolerance_ * s_b * roots.array().min(s_b)).all();
       }
-      if (keeps) return rank;
+      if (is_within) return rank;
       if (rank >= modes.cols()) return -1;
       constexpr int kStep = pack::kRankStep;
       error.noalias() -=
@@ -265,7 +265,7 @@ class Compressor {
       out.push_back(row < column.size() ? static_cast<float>(column[row]) : 0.0f);
   }
 
-  // Lays out the blocks of each node together: blocks aligned to 64 bytes first.
+  // Stores the blocks of each contact node together, at multiples of 64 bytes; uncompressed blocks first.
   void lay_out(std::vector<PanelBlocks>& panels, CompressedCompliance& result) const {
     constexpr size_t kLine = pack::kAlignment / sizeof(pack::Real);
     size_t total = 0;

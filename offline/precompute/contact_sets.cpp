@@ -23,25 +23,25 @@ class SiteChooser {
     std::iota(order_.begin(), order_.end(), size_t{0});
   }
 
-  // Empty where no such sites exist.
+  // Returns the sites of a set; empty where the patches leave too few sites.
   std::vector<size_t> choose(SetKind kind) {
     const auto count = static_cast<size_t>(num_contacts_of(kind));
-    if (kind != SetKind::three_apart) return of_kind(is_near(kind), count);
+    if (kind != SetKind::three_apart) return draw_apart(is_near(kind), count);
     constexpr int kTried = 8;
     std::vector<size_t> widest;
-    double least = -1;
+    double largest_gap = -1;
     for (int i = 0; i < kTried; ++i) {
-      std::vector<size_t> tried = of_kind(false, count);
-      if (tried.empty() || least_distance(tried) <= least) continue;
-      least = least_distance(tried);
+      std::vector<size_t> tried = draw_apart(false, count);
+      if (tried.empty() || least_distance(tried) <= largest_gap) continue;
+      largest_gap = least_distance(tried);
       widest = std::move(tried);
     }
     return widest;
   }
 
  private:
-  // The first site is random; the others follow by distance, or in random order.
-  std::vector<size_t> of_kind(bool near, size_t count) {
+  // Draws sites with disjoint patches: a random first site, then its nearest sites (`near`) or random sites.
+  std::vector<size_t> draw_apart(bool near, size_t count) {
     for (size_t i = order_.size() - 1; i > 0; --i) std::swap(order_[i], order_[random_() % (i + 1)]);
     if (near) {
       const size_t first = order_.front();
@@ -84,8 +84,8 @@ std::vector<double> request_of(const Model& model, const ContactSites& sites,
   return request;
 }
 
-// Packs a set's truth into numbers and fields of the store.
-SolvedPush pushed(const ContactTruth& truth) {
+// Converts the solution of a set to a record of the store.
+SolvedPush stored_push(const ContactTruth& truth) {
   SolvedPush push;
   push.outcome = truth.solved ? PushOutcome::solved : PushOutcome::no_equilibrium;
   for (const Eigen::Vector3d& force : truth.forces)
@@ -141,7 +141,7 @@ std::vector<ContactSet> draw_contact_sets(const Model& model, const Scene& scene
   const size_t num_kinds = scene.max_contacts > 2 ? 4 : 2;
   std::mt19937_64 random(seed);
   const bool half = scene.directions == Directions::inward;
-  // Equal numbers from each quarter of the range, in random order.
+  // Draw equally many sizes |d| from each quarter of the range, in random order.
   std::vector<Eigen::Vector3d> points = choose_survey_points(3 * count, half, random());
   for (size_t i = points.size() - 1; i > 0; --i) std::swap(points[i], points[random() % (i + 1)]);
   SiteChooser chooser(model, sites, random);
@@ -178,9 +178,9 @@ SolvedSets solve_drawn_sets(const Assembly& assembly, const ContactSites& sites,
               {reinterpret_cast<const char*>(request.data()), request.size() * sizeof(double)});
           kept.emplace(place.file, place.binding);
         }
-        const PushRequest asked = {PushRequest::Kind::set, 0, contacts.front().displacement};
+        const PushRequest push_request = {PushRequest::Kind::set, 0, contacts.front().displacement};
         std::optional<SolvedPush> push;
-        if (kept) push = kept->find(asked, 3 * contacts.size(), 3 * sites.packed_nodes.size());
+        if (kept) push = kept->find(push_request, 3 * contacts.size(), 3 * sites.packed_nodes.size());
         if (push) {
           count.reused = 1;
         } else {
@@ -188,8 +188,8 @@ SolvedSets solve_drawn_sets(const Assembly& assembly, const ContactSites& sites,
           const ContactTruth truth = solve_contact_set(solver, sites, rest, contacts, count.iterations);
           count.factorizations = solver.num_factorizations() - factors_before;
           count.solves = 1;
-          push = pushed(truth);
-          if (kept && !kept->keep(asked, *push)) count.not_kept = 1;
+          push = stored_push(truth);
+          if (kept && !kept->keep(push_request, *push)) count.not_kept = 1;
         }
         solved.truths[i] = truth_of(contacts, *push);
       },

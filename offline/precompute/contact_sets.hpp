@@ -1,7 +1,7 @@
 // Draws and solves random sets of several contacts for the survey.
 //
-// Interaction of contacts depends on their distance: opposed neighbours strain the tissue between them far more than
-// one contact does. A survey therefore separates four kinds of sets. Contacts of a set never share a node.
+// Interaction of contacts depends on their distance: opposed neighbours strain the tissue between them far
+// more than a single contact. A survey therefore separates four kinds of sets. Contacts share no node.
 #pragma once
 
 #include <cstdint>
@@ -36,23 +36,23 @@ struct ContactSet {
   std::vector<LinearContact> contacts;
 };
 
-// Sets and their truths, in the same order.
+// Sets and their full nonlinear solutions, in the same order.
 struct SolvedSets {
   std::vector<ContactSet> sets;
   std::vector<ContactTruth> truths;
   SolveCounts counts;  // counts of this process
 };
 
-// Returns the first of these sites with disjoint patches; empty where fewer than `count` exist.
+// Picks the first `count` sites of `order` that share no node with earlier picks; empty where fewer exist.
 std::vector<size_t> first_apart(const ContactSites& sites, const std::vector<size_t>& order, size_t count);
 
-// Draws `count` sets, equally many of each kind that max_contacts permits; fewer where patches overlap too
-// much. Directions are random, sizes uniform up to max_displacement. Equal seeds give equal sets.
+// Draws `count` sets, equally many of each kind that max_contacts permits. Returns fewer sets where patches
+// overlap. Directions are random, sizes uniform up to max_displacement. Equal seeds give equal sets.
 std::vector<ContactSet> draw_contact_sets(const Model& model, const Scene& scene, const ContactSites& sites,
                                           int count, std::uint64_t seed);
 
-// Solves the sets. `store` (null: none) supplies and keeps solves; fields have single precision. Neither
-// `jobs` nor the store changes a digit. `progress` gets done and total sets, from one thread at a time.
+// Solves the sets. `store` (null: none) supplies and keeps solves; fields have single precision. The digits
+// depend neither on `jobs` nor on the store. `progress` gets done and total sets, from one thread at a time.
 // `next` hands out sets as in sample_sites(); sets of other processes return unsolved.
 SolvedSets solve_drawn_sets(const Assembly& assembly, const ContactSites& sites, const RestState& rest,
                             std::vector<ContactSet> sets, int jobs, const SampleStore* store,

@@ -8,10 +8,10 @@
 namespace palpate {
 namespace {
 
-// An edge replaces a missing surface normal.
+// Returns ContactSite::frame. A surface edge replaces a missing normal.
 Eigen::Matrix3d frame_at(const Model& model, const Surface& surface, int node,
                          const Eigen::Vector3d& inward) {
-  constexpr double kLeastAside = 0.1;  // fraction of an edge
+  constexpr double kLeastAside = 0.1;  // least sine of the angle between an edge and the axis
   Eigen::Vector3d axis = inward;
   const auto begin = static_cast<size_t>(surface.neighbour_start[static_cast<size_t>(node)]);
   const auto end = static_cast<size_t>(surface.neighbour_start[static_cast<size_t>(node) + 1]);

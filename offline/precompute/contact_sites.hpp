@@ -9,14 +9,14 @@
 
 namespace palpate {
 
-// A surface node and the nodes that a tool on it moves together.
+// A surface node at which a tool can take hold, and its patch: the nodes that the tool moves together.
 struct ContactSite {
   int node = 0;                                      // in the model
   int packed_node = 0;                               // in ContactSites::packed_nodes
   std::vector<int> patch;                            // in ContactSites::contact_nodes, ascending
   std::vector<int> patch_nodes;                      // the same nodes, in the model
   Eigen::Vector3d inward = Eigen::Vector3d::Zero();  // unit normal into the organ
-  // Axes as columns that rotate with the organ: the last axis points inward, the first along a surface edge.
+  // Orthonormal axes as columns: the last axis points inward, the first along a surface edge.
   Eigen::Matrix3d frame = Eigen::Matrix3d::Identity();
 };
 
@@ -25,18 +25,18 @@ struct ContactSites {
   std::vector<int> contact_nodes;             // in packed_nodes, ascending: every node of every patch
   std::vector<ContactSite> sites;             // by ascending label
   std::vector<std::array<int, 3>> triangles;  // surface triangles with packed corners, in packed_nodes
-  double mean_surface_edge = 0;
-  int sites_at_fixed_nodes = 0;  // sites whose patch leaves out fixed nodes
+  double mean_surface_edge = 0;               // h: length unit
+  int sites_at_fixed_nodes = 0;               // sites whose patch leaves out fixed nodes
 
   int model_node(int contact_node) const {
     return packed_nodes[static_cast<size_t>(contact_nodes[static_cast<size_t>(contact_node)])];
   }
 };
 
-// Selects the rows of packed nodes.
+// Returns the rows of the packed nodes (3 packed nodes) from the rows of all dofs.
 Eigen::MatrixXd packed_rows(const ContactSites& sites, const Eigen::MatrixXd& all);
 
-// A patch is the surface nodes within tip_radius of the site along the surface, without fixed nodes.
+// Numbers the sites. A patch has the free surface nodes within tip_radius of the site along the surface.
 ContactSites find_contact_sites(const Scene& scene, const Model& model);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Full nonlinear solutions for several simultaneous contacts: the truth for all models.
+// Full nonlinear solutions for several simultaneous contacts: the truth, to which all models are compared.
 #pragma once
 
 #include <functional>
@@ -18,11 +18,11 @@ struct ContactTruth {
   double largest_displacement() const;  // largest |d| of the contacts; length unit
 };
 
-// Loads the organ at rest with held patches at these displacements from rest. Patches must not share a node.
+// Returns the load at rest with the patches held at these displacements from rest. Patches are disjoint.
 LoadCase held_patches(const Model& model, const ContactSites& sites, const RestState& rest,
                       const std::vector<LinearContact>& contacts);
 
-// Returns the net force that the outside applies to the patch of `site` in the state u (all dofs).
+// Returns the net contact force on the patch of `site` at the displacements u (all dofs), relative to rest.
 Eigen::Vector3d patch_force(const Assembly& assembly, const RestState& rest, const ContactSite& site,
                             const Eigen::VectorXd& u);
 
@@ -30,8 +30,8 @@ Eigen::Vector3d patch_force(const Assembly& assembly, const RestState& rest, con
 ContactTruth solve_contact_set(StaticSolver& solver, const ContactSites& sites, const RestState& rest,
                                const std::vector<LinearContact>& contacts, long& iterations);
 
-// Solves each set, in order, on `jobs` threads; the result does not depend on threads. `progress` gets done
-// and total sets, from one thread at a time.
+// Solves all sets on `jobs` threads; the result, in the order of `sets`, does not depend on threads.
+// `progress` gets done and total sets, from one thread at a time.
 std::vector<ContactTruth> solve_contact_sets(const Assembly& assembly, const ContactSites& sites,
                                              const std::vector<std::vector<LinearContact>>& sets, int jobs,
                                              const RestState& rest,

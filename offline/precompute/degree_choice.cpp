@@ -11,11 +11,11 @@ namespace {
 
 constexpr int kUsualDegree = 7;
 
-// Whether the samples overdetermine each term.
-bool is_borne(const SiteSamples& samples, int degree) {
-  constexpr double kToSpare = 1.2;
+// Whether all samples but one (leave-one-out) give at least 1.2 equations for each term.
+bool is_overdetermined(const SiteSamples& samples, int degree) {
+  constexpr double kEquationsPerTerm = 1.2;
   return kEquationsPerSample * static_cast<double>(samples.samples.size() - 1) >=
-         kToSpare * pack::num_monomials(2, static_cast<uint32_t>(degree));
+         kEquationsPerTerm * pack::num_monomials(2, static_cast<uint32_t>(degree));
 }
 
 }  // namespace
@@ -29,7 +29,7 @@ DegreeChoice choose_degree(const SiteSamples& samples) {
   DegreeChoice best;
   int tried = 0;
   for (int degree = kUsualDegree; degree > 1 && tried < kTried; --degree) {
-    if (!is_borne(samples, degree)) continue;
+    if (!is_overdetermined(samples, degree)) continue;
     const HeldOutError error = held_out_error(samples, degree);
     if (error.all < best.error) best = {degree, error.all, error.all, error.inside};
     if (std::isfinite(error.all)) ++tried;
@@ -39,8 +39,8 @@ DegreeChoice choose_degree(const SiteSamples& samples) {
 }
 
 DegreeChoice raise_degree(const SiteSamples& samples, DegreeChoice best) {
-  for (int degree = kUsualDegree + 1; degree <= highest_fit_degree(samples.half) && is_borne(samples, degree);
-       ++degree) {
+  for (int degree = kUsualDegree + 1;
+       degree <= highest_fit_degree(samples.half) && is_overdetermined(samples, degree); ++degree) {
     const HeldOutError error = held_out_error(samples, degree);
     if (error.inside < best.error_inside)
       best = {degree, error.inside, held_out_force_error(samples, degree).inside, error.inside};

@@ -14,20 +14,19 @@ struct DegreeChoice {
   double force_error = error;
   double error_inside = error;  // HeldOutError::inside of the displacement
 
-  // Checks displacement and force: where a tip crushes tissue against fixed nodes, the force has the larger error.
+  // Whether displacement and force keep the target. Near fixed nodes the force has the larger error.
   bool keeps(double target) const;
 };
 
-// From this number of solves on, degrees above 7 are tried; hard sites (site_survey.cpp) try them earlier. A
-// longer frame is preferred to a longer build.
+// From this number of solves on a fit also tries degrees above 7: a longer frame is preferred to a longer
+// build. Hard sites (site_survey.cpp) try these degrees earlier.
 inline constexpr size_t kUsualSamples = 60;
 
-// Returns the best usual degree. Errors fall with the degree until the samples no longer suffice, so only the
-// highest few degrees are tested. Cost: three calls of held_out_error.
+// Returns the best degree of at most 7. Errors fall with the degree until the samples no longer suffice, so
+// only the three highest degrees are tested. Cost: three calls of held_out_error.
 DegreeChoice choose_degree(const SiteSamples& samples);
 
-// Tries higher degrees, which lengthen frames. Compares errors inside of the domain (see HeldOutError). Cost:
-// seven calls of held_out_error.
+// Tries degrees above 7, which lengthen frames, by HeldOutError::inside. Cost: seven calls of held_out_error.
 DegreeChoice raise_degree(const SiteSamples& samples, DegreeChoice best);
 
 }  // namespace palpate

@@ -9,14 +9,14 @@ namespace {
 constexpr double kCovered = 0.95;
 constexpr double kConfidence = 0.95;
 
-// P(Binomial(n, kCovered) = k).
+// Returns P(Binomial(n, kCovered) = k).
 double chance_of(int k, int n) {
   return std::exp(std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0) +
                   k * std::log(kCovered) + (n - k) * std::log1p(-kCovered));
 }
 
-// ErrorFigures::growth of a bin. Errors follow the power of |d| between the medians of the bin below, in its
-// middle, and of this bin.
+// Returns ErrorFigures::growth of a bin. Assumes that errors follow a power of |d| through the medians of
+// this bin and of the bin below, each at the middle of its bin.
 double growth_between(const SurveyBin& below, double median_below, const SurveyBin& bin, double median) {
   constexpr double kMost = 0.9;  // at this limit an error at the lower end counts ten times
   if (!(median_below > 0) || !(median > median_below)) return 0;
@@ -107,17 +107,17 @@ SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std:
     // |f - f_FE| scaled to the largest |d|, as forces are proportional to |d|
     std::vector<double> absolute;
   };
-  std::array<Errors, kSurveyBins> of_bins;
+  std::array<Errors, kSurveyBins> errors_by_bin;
   Errors all;
   const double floor = force_floor(samples);
   for (size_t i = 0; i < samples.size(); ++i) {
     const double size = samples[i].truth.displacement.norm() / max_displacement;
     const int bin = std::clamp(static_cast<int>(std::ceil(kSurveyBins * size)) - 1, 0, kSurveyBins - 1);
-    for (Errors* errors_of : {&of_bins[static_cast<size_t>(bin)], &all}) {
-      errors_of->sizes.push_back(size);
-      errors_of->displacement.push_back(errors[i].displacement);
-      errors_of->force.push_back(errors[i].force);
-      errors_of->absolute.push_back(errors[i].force * std::max(samples[i].truth.force.norm(), floor) / size);
+    for (Errors* group : {&errors_by_bin[static_cast<size_t>(bin)], &all}) {
+      group->sizes.push_back(size);
+      group->displacement.push_back(errors[i].displacement);
+      group->force.push_back(errors[i].force);
+      group->absolute.push_back(errors[i].force * std::max(samples[i].truth.force.norm(), floor) / size);
     }
   }
 
@@ -128,22 +128,23 @@ SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std:
   const SurveyBin* below = nullptr;
   for (int i = 0; i < kSurveyBins; ++i) {
     SurveyBin& bin = table.bins[static_cast<size_t>(i)];
-    const Errors& of = of_bins[static_cast<size_t>(i)];
-    bin.samples = static_cast<int>(of.sizes.size());
+    const Errors& in_bin = errors_by_bin[static_cast<size_t>(i)];
+    bin.samples = static_cast<int>(in_bin.sizes.size());
     const auto bound = [&](const std::vector<double>& values, double growth) {
-      return covering_bound(at_upper_end(values, of.sizes, bin, growth));
+      return covering_bound(at_upper_end(values, in_bin.sizes, bin, growth));
     };
     for (auto [figures, values] :
-         {std::pair(&bin.displacement, &of.displacement), std::pair(&bin.force, &of.force)}) {
+         {std::pair(&bin.displacement, &in_bin.displacement), std::pair(&bin.force, &in_bin.force)}) {
       *figures = figures_of(*values);
-      if (below == nullptr || of.sizes.empty()) continue;
-      const ErrorFigures& before = values == &of.force ? below->force : below->displacement;
+      if (below == nullptr || in_bin.sizes.empty()) continue;
+      const ErrorFigures& before = values == &in_bin.force ? below->force : below->displacement;
       figures->growth = growth_between(*below, before.median, bin, figures->median);
       figures->bound = bound(*values, figures->growth);
     }
-    if (bin.force.bound > 0 && !of.sizes.empty())
-      table.force_scale = std::max(table.force_scale, bound(of.absolute, bin.force.growth) / bin.force.bound);
-    below = of.sizes.empty() ? nullptr : &bin;
+    if (bin.force.bound > 0 && !in_bin.sizes.empty())
+      table.force_scale =
+          std::max(table.force_scale, bound(in_bin.absolute, bin.force.growth) / bin.force.bound);
+    below = in_bin.sizes.empty() ? nullptr : &bin;
   }
   return table;
 }

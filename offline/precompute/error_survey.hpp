@@ -12,11 +12,11 @@
 
 namespace palpate {
 
-// Quartiles of |d| / max_displacement, which show the growth of the error.
+// Bins of |d| / max_displacement: the quarters of the range, which show the growth of the error.
 inline constexpr int kSurveyBins = pack::kSurveyBins;
 
-// Median, 95th percentile and maximum of a set of errors, and the bound that covers 95 % of further errors. A
-// bin's bound holds at its upper end; it falls linearly, by `growth` of itself, to the lower end.
+// Median, 95th percentile and maximum of errors, and the bound of 95 % of further errors. The bound holds at
+// the upper end of a bin and falls linearly to (1 - growth) times the bound at the lower end.
 struct ErrorFigures {
   double median = 0;
   double p95 = 0;
@@ -25,7 +25,7 @@ struct ErrorFigures {
   double growth = 0;
 };
 
-// 1 each without errors.
+// Returns the figures without growth; 1 each without errors.
 ErrorFigures figures_of(const std::vector<double>& errors);
 
 struct SurveyBin {
@@ -39,8 +39,8 @@ struct SurveyBin {
 struct SurveyTable {
   std::array<SurveyBin, kSurveyBins> bins;
   SurveyBin overall;
-  // Force unit. |f - f_FE| is also bounded by the bins' bounds times this force, in proportion to |d|. This
-  // scale matters along soft axes, where forces are small and relative errors large.
+  // Force unit: |f - f_FE| <= force bound of the bin times force_scale |d| / max_displacement for 95 % of
+  // errors. This bound matters along soft axes, where forces are small and relative errors large.
   double force_scale = 0;
 };
 
@@ -65,16 +65,16 @@ struct SampleErrors {
   double larger() const { return std::max(displacement, force); }
 };
 
-// Largest |u| of a node. field: 3 nodes.
+// Returns the largest |u| of any node. field: 3 nodes.
 double largest_node(const Eigen::Ref<const Eigen::VectorXd>& field);
 
 // Floor of |f_FE| as a fraction of the survey's largest force; prevents a division by nearly 0.
 inline constexpr double kForceFloor = 0.05;
 
-// Compares with a solved push; |f_FE| is at least `force_floor`.
+// Returns the errors at a solved push, as in SurveyBin; the denominator |f_FE| is at least `force_floor`.
 SampleErrors errors_at(const Answer& answer, const Sample& truth, double force_floor);
 
-// Returns the errors of each sample as in SurveyBin; 1 without an equilibrium.
+// Returns the errors of each sample, as in SurveyBin; 1 without an equilibrium.
 std::vector<SampleErrors> sample_errors(const std::vector<SurveySample>& samples, const Responder& model);
 
 SurveyTable tabulate_errors(const std::vector<SurveySample>& samples, const std::vector<SampleErrors>& errors,
@@ -86,13 +86,13 @@ SurveyTable survey_errors(const std::vector<SurveySample>& samples, double max_d
 
 // Returns the smallest of `values` that bounds 95 % of all such errors with a confidence of 95 %, for any
 // distribution: the k-th of n, k least with P(Binomial(n, 0.95) < k) >= 0.95 (Wilks 1941, Determination of
-// sample sizes for setting tolerance limits). The largest where n < 59; 1 where n = 0.
+// sample sizes for setting tolerance limits). Returns the largest value where n < 59, and 1 where n = 0.
 double covering_bound(std::vector<double> values);
 
-// P(Binomial(n, 0.95) <= covered): the probability that a true 95 % bound covers so few of n.
+// Returns P(Binomial(n, 0.95) <= covered): the probability that a true 95 % bound covers so few of n errors.
 double chance_of_covering(int covered, int n);
 
-// Quantile q of `values`, interpolated; 1 without values, since an unmeasured error may be total.
+// Returns the interpolated quantile q; 1 without values, since an unmeasured error may be total.
 double quantile(std::vector<double> values, double q);
 
 }  // namespace palpate

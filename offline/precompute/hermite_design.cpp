@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-// d^k/dx^k of x^power.
+// Returns d^order/dx^order of x^power.
 double power_derivative(double x, uint32_t power, uint32_t order) {
   if (order > power) return 0;
   double factor = 1;

@@ -1,8 +1,7 @@
-// The exact linear response to several contacts, from their own columns of K^-1: the reference for a
-// compressed compliance.
+// The exact linear response to several contacts: the reference for a compressed compliance.
 //
-// As the runtime's linear_dd (Zhong et al. 2005 eqs. (16)-(20)): f = A^-1 E d, u = C f, with A the blocks of
-// K^-1 at all patch nodes. A node of several patches follows the mean of their displacements.
+// Zhong et al. 2005 eqs. (16)-(20), as in the runtime: f = A^-1 E d, u = C f. C: columns of K^-1 at the patch
+// nodes, A: their rows there, E d: displacements of the patch nodes, means where patches share a node.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +22,7 @@ struct LinearContactAnswer {
   std::vector<Eigen::Vector3d> forces;
 };
 
-// `solver` holds the factor at rest. Cost: a back-solve for each dof of the patches.
+// Solves all contacts together with the factor at rest in `solver`. Cost: a back-solve for each patch dof.
 LinearContactAnswer solve_contacts(StaticSolver& solver, const ContactSites& sites,
                                    const std::vector<LinearContact>& contacts);
 

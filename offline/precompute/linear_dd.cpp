@@ -87,15 +87,15 @@ SiteLinearResponse linear_response(StaticSolver& solver, const ContactSites& sit
     motion.middleRows<3>(3 * node).setIdentity();
     for (int axis = 0; axis < 3; ++axis) load.held[static_cast<size_t>(3 * node + axis)] = 1;
   }
-  Eigen::MatrixXd whole;
-  const bool solved = solver.tangent_response(load, at_rest, motion, whole);
+  Eigen::MatrixXd tangent;
+  const bool solved = solver.tangent_response(load, at_rest, motion, tangent);
   solver.forget_factor();
   if (!solved)
     throw std::runtime_error(assembly.model().file + ": the stiffness at rest is not positive definite");
   SiteLinearResponse response;
-  response.stiffness = motion.transpose() * assembly.tangent_times(at_rest, whole);
+  response.stiffness = motion.transpose() * assembly.tangent_times(at_rest, tangent);
   response.stiffness = 0.5 * (response.stiffness + response.stiffness.transpose()).eval();
-  response.field = packed_rows(sites, whole);
+  response.field = packed_rows(sites, tangent);
   return response;
 }
 

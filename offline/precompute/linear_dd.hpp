@@ -1,8 +1,7 @@
 // linear_dd (EPFE): the blocks of the inverse stiffness at rest in a pack.
 //
 // Source: Zhong et al. 2005 eqs. (16)-(19). K is the tangent at rest, with gravity if present, without the
-// fixed nodes. Blocked back-solves with one sparse factor give the columns of K^-1 at contact nodes; the rows
-// of packed nodes are kept.
+// fixed nodes. Back-solves in blocks give the columns of K^-1 at contact nodes; packs have the packed rows.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,17 +22,16 @@ struct LinearDd {
   Eigen::MatrixXd field_compliance;    // 3 packed nodes x 3 contact nodes
 };
 
-// Throws std::runtime_error when the stiffness at rest is not positive definite. `progress` gets done and
-// total columns.
+// Solves for all contact dofs. Throws as factor_at_rest(). `progress` gets done and total columns.
 LinearDd compute_linear_dd(const Assembly& assembly, const ContactSites& sites,
                            const std::function<void(int, int)>& progress = {},
                            const RestState& rest = RestState());
 
-// Rows of a site's patch in a contact compliance.
+// Returns the rows of a site's patch in a contact compliance.
 std::vector<Eigen::Index> patch_dofs(const ContactSite& site);
 
-// X = A^-1 E: nodal forces of a patch of compliance A under unit displacements; 3 patch nodes x 3. Nodes so close that A
-// is numerically singular get springs and share their force.
+// Returns X = A^-1 E [3 patch nodes x 3]: nodal forces of a patch with compliance A under its three unit
+// displacements E. Where close nodes make A numerically singular, springs at the nodes distribute the force.
 Eigen::MatrixXd patch_forces(const Eigen::MatrixXd& compliance);
 
 // The exact linear response of one site to a unit displacement: field 3 packed nodes x 3 and stiffness 3 x 3.
@@ -43,7 +41,7 @@ struct SiteLinearResponse {
 };
 SiteLinearResponse linear_response(const LinearDd& linear, const ContactSite& site);
 
-// Computes the response by a factor with held patch instead of the blocks. `solver` loses its factor.
+// Computes the same response from a factor of the stiffness with the patch held. `solver` loses its factor.
 SiteLinearResponse linear_response(StaticSolver& solver, const ContactSites& sites, const ContactSite& site,
                                    const RestState& rest = RestState());
 

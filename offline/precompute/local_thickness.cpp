@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// Meets triangle a, b, c at x = a + v (b - a) + w (c - a) = origin + t ray: three equations for t, v, w.
+// Solves origin + t ray = a + v (b - a) + w (c - a) for `hit` = (t, v, w) at each triangle a, b, c.
 double local_thickness(const Model& model, const Surface& surface, const ContactSite& site,
                        const Eigen::Vector3d& direction) {
   const Eigen::Vector3d& origin = model.positions[static_cast<size_t>(site.node)];
@@ -20,15 +20,15 @@ double local_thickness(const Model& model, const Surface& surface, const Contact
   for (const std::array<int, 3>& triangle : surface.triangles) {
     if (std::find(triangle.begin(), triangle.end(), site.node) != triangle.end()) continue;
     const auto corner = [&](size_t k) { return model.positions[static_cast<size_t>(triangle[k])]; };
-    Eigen::Matrix3d edges;
-    edges << ray, corner(0) - corner(1), corner(0) - corner(2);
-    if (edges.determinant() == 0) continue;
-    const Eigen::Vector3d hit = edges.inverse() * (corner(0) - origin);
+    Eigen::Matrix3d system;
+    system << ray, corner(0) - corner(1), corner(0) - corner(2);
+    if (system.determinant() == 0) continue;
+    const Eigen::Vector3d hit = system.inverse() * (corner(0) - origin);
     if (hit[0] <= 0 || hit[0] >= nearest || hit[1] < -kOnEdge || hit[2] < -kOnEdge ||
         hit[1] + hit[2] > 1 + kOnEdge)
       continue;
     nearest = hit[0];
-    leaves = edges.col(1).cross(edges.col(2)).dot(ray) > 0;  // the ray leaves along the outward normal
+    leaves = system.col(1).cross(system.col(2)).dot(ray) > 0;  // the ray leaves along the outward normal
   }
   return leaves ? nearest : kNowhere;
 }

@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-// Returns the distance from the site along the inward one of +-`direction` (nonzero) to the organ's exit:
-// length unit. Infinite where the line leaves at once. Cost: all triangles of the surface.
+// Returns the distance from the site to the exit from the organ along +`direction` or -`direction` (nonzero),
+// the inward sign: length unit. Infinite where the ray does not pass through tissue.
 double local_thickness(const Model& model, const Surface& surface, const ContactSite& site,
                        const Eigen::Vector3d& direction);
 

@@ -48,7 +48,7 @@ std::vector<int> ZoneFinder::elements_about(const ContactSite& site, int rings) 
 
 ZoneTables find_zones(const Model& model, const ContactSites& sites, int rings) {
   const ZoneFinder finder(model);
-  std::vector<char> is_node(static_cast<size_t>(model.num_nodes()));  // of any zone
+  std::vector<char> is_node(static_cast<size_t>(model.num_nodes()));  // 1: node of any zone
   std::vector<char> is_element(model.elements.size());
   for (size_t c = 0; c < sites.contact_nodes.size(); ++c)
     is_node[static_cast<size_t>(sites.model_node(static_cast<int>(c)))] = 1;
@@ -56,7 +56,7 @@ ZoneTables find_zones(const Model& model, const ContactSites& sites, int rings) 
   zone.rings = rings;
   for (const ContactSite& site : sites.sites) {
     const std::vector<int> elements = finder.elements_about(site, rings);
-    std::map<int, size_t> inside;  // elements of the zone at each of its nodes
+    std::map<int, size_t> inside;  // number of the zone's elements at each node of the zone
     for (const int e : elements) {
       is_element[static_cast<size_t>(e)] = 1;
       for (const int node : model.elements[static_cast<size_t>(e)].nodes()) {

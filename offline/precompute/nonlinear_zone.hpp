@@ -1,7 +1,7 @@
 // nonlinear_zone: nonlinear elements around any contacts. runtime/src/zone has the equations.
 //
-// The zone of a site with n rings has the elements at its patch's nodes, extended n times by neighbours, and
-// completes volume patches. A pack carries the whole organ (organ_tree.hpp), and the sizes of the zones.
+// Ring 1 of a zone has the elements at the patch nodes, ring n + 1 the elements at the nodes of ring n. A
+// zone completes volume patches. A pack carries the whole organ (organ_tree.hpp) and the sizes of zones.
 #pragma once
 
 #include <vector>
@@ -15,7 +15,7 @@ struct ZoneTables {
   // Sizes of all zones together; the nodes include all contact nodes.
   int num_nodes = 0;
   int num_elements = 0;
-  // Size of the largest zone.
+  // Largest numbers in the zone of any site.
   int most_nodes = 0;
   int most_boundary_nodes = 0;
   int most_elements = 0;
@@ -25,16 +25,17 @@ struct ZoneTables {
 class ZoneFinder {
  public:
   explicit ZoneFinder(const Model& model);
-  // Ascending. Thread-safe.
+  // Returns the elements of a site's zone, ascending. Thread-safe.
   std::vector<int> elements_about(const ContactSite& site, int rings) const;
   const std::vector<int>& elements_of(int node) const { return by_node_[static_cast<size_t>(node)]; }
 
  private:
   const Model* model_;
-  std::vector<std::vector<int>> by_node_;
-  std::vector<std::vector<int>> by_patch_;
+  std::vector<std::vector<int>> by_node_;   // elements of each node
+  std::vector<std::vector<int>> by_patch_;  // elements of each volume patch
 };
 
+// Counts the nodes and elements of all zones.
 ZoneTables find_zones(const Model& model, const ContactSites& sites, int rings);
 
 }  // namespace palpate

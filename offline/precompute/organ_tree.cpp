@@ -9,25 +9,25 @@
 namespace palpate {
 namespace {
 
-// Elements that share unknowns of their own: one element, or all elements of a volume patch.
-std::vector<std::vector<int>> units_of(const Model& model) {
-  std::vector<std::vector<int>> units;
-  std::vector<int> unit_of_patch;
+// Groups the elements whose stiffness couples their nodes: one element, or all elements of a volume patch.
+std::vector<std::vector<int>> coupled_groups(const Model& model) {
+  std::vector<std::vector<int>> groups;
+  std::vector<int> group_of_patch;
   for (int e = 0; e < static_cast<int>(model.elements.size()); ++e) {
     const int patch = model.elements[static_cast<size_t>(e)].volume_patch;
     if (patch >= 0) {
-      if (unit_of_patch.size() <= static_cast<size_t>(patch))
-        unit_of_patch.resize(static_cast<size_t>(patch) + 1, -1);
-      int& unit = unit_of_patch[static_cast<size_t>(patch)];
-      if (unit >= 0) {
-        units[static_cast<size_t>(unit)].push_back(e);
+      if (group_of_patch.size() <= static_cast<size_t>(patch))
+        group_of_patch.resize(static_cast<size_t>(patch) + 1, -1);
+      int& group = group_of_patch[static_cast<size_t>(patch)];
+      if (group >= 0) {
+        groups[static_cast<size_t>(group)].push_back(e);
         continue;
       }
-      unit = static_cast<int>(units.size());
+      group = static_cast<int>(groups.size());
     }
-    units.push_back({e});
+    groups.push_back({e});
   }
-  return units;
+  return groups;
 }
 
 // Lists contact nodes, then other free nodes, then fixed nodes.
@@ -53,13 +53,13 @@ void list_nodes(const Model& model, const ContactSites& sites, OrganTree& tree) 
   }
 }
 
-// The graph of free nodes that share a unit: the lower triangle.
-SparseLower graph_of(const Model& model, const std::vector<std::vector<int>>& units,
+// Returns the graph of free nodes that share a group, as a lower triangle.
+SparseLower graph_of(const Model& model, const std::vector<std::vector<int>>& groups,
                      const std::vector<int>& index_of, int num_free) {
   std::vector<std::vector<int>> neighbours(static_cast<size_t>(num_free));
-  for (const std::vector<int>& unit : units) {
+  for (const std::vector<int>& group : groups) {
     std::vector<int> nodes;
-    for (const int e : unit) {
+    for (const int e : group) {
       for (const int node : model.elements[static_cast<size_t>(e)].nodes()) {
         if (const int index = index_of[static_cast<size_t>(node)]; index < num_free) nodes.push_back(index);
       }
@@ -83,18 +83,19 @@ SparseLower graph_of(const Model& model, const std::vector<std::vector<int>>& un
   return graph;
 }
 
-// Copies the fronts. A front's rows below its columns stand among the rows of its parent, so the loop goes
-// from the roots down.
-void take_fronts(const FrontTree& analysed, OrganTree& tree) {
+// Copies the fronts from the roots down: rows below the columns of a front are rows of its parent.
+void copy_fronts(const FrontTree& analysed, OrganTree& tree) {
   std::vector<std::vector<int>> rows(static_cast<size_t>(analysed.size()));
   for (int f = analysed.size() - 1; f >= 0; --f) {
     const Front& front = analysed[f];
-    std::vector<int>& own = rows[static_cast<size_t>(f)];
-    for (int column = 0; column < front.num_columns; ++column) own.push_back(front.first_column + column);
+    std::vector<int>& front_rows = rows[static_cast<size_t>(f)];
+    for (int column = 0; column < front.num_columns; ++column)
+      front_rows.push_back(front.first_column + column);
     if (front.parent < 0) continue;
-    const std::vector<int>& of_parent = rows[static_cast<size_t>(front.parent)];
+    const std::vector<int>& parent_rows = rows[static_cast<size_t>(front.parent)];
     for (const FrontTree::Run& run : analysed.runs_in_parent(f)) {
-      for (int i = 0; i < run.length; ++i) own.push_back(of_parent[static_cast<size_t>(run.place + i)]);
+      for (int i = 0; i < run.length; ++i)
+        front_rows.push_back(parent_rows[static_cast<size_t>(run.place + i)]);
     }
   }
   for (int f = 0; f < analysed.size(); ++f) {
@@ -103,7 +104,7 @@ void take_fronts(const FrontTree& analysed, OrganTree& tree) {
     entry.first_column = static_cast<std::uint32_t>(front.first_column);
     entry.num_columns = static_cast<std::uint32_t>(front.num_columns);
     entry.first_row = static_cast<std::uint32_t>(tree.rows.size());
-    entry.num_rows = static_cast<std::uint32_t>(front.num_updated());
+    entry.num_rows = static_cast<std::uint32_t>(front.num_below());
     entry.num_within = static_cast<std::uint32_t>(f - front.first_within + 1);
     entry.parent = front.parent < 0 ? pack::kNoFront : static_cast<std::uint32_t>(front.parent);
     const std::vector<int>& all = rows[static_cast<size_t>(f)];
@@ -113,37 +114,37 @@ void take_fronts(const FrontTree& analysed, OrganTree& tree) {
   for (const int node : analysed.permutation()) tree.order.push_back(static_cast<std::uint32_t>(node));
 }
 
-// Sorts units by the front that eliminates the first of their nodes. Units without a free node join the first front.
-void list_elements(const Model& model, const std::vector<std::vector<int>>& units,
+// Sorts groups by the front that eliminates the first of their nodes. Groups without free nodes join front 0.
+void list_elements(const Model& model, const std::vector<std::vector<int>>& groups,
                    const std::vector<int>& index_of, OrganTree& tree) {
   std::vector<size_t> front_of(tree.order.size());  // by node
   for (size_t f = 0; f < tree.fronts.size(); ++f) {
     for (std::uint32_t c = 0; c < tree.fronts[f].num_columns; ++c)
       front_of[tree.order[tree.fronts[f].first_column + c]] = f;
   }
-  std::vector<size_t> front_of_unit;
-  for (const std::vector<int>& unit : units) {
+  std::vector<size_t> front_of_group;
+  for (const std::vector<int>& group : groups) {
     size_t first = tree.fronts.size();
-    for (const int e : unit) {
+    for (const int e : group) {
       for (const int node : model.elements[static_cast<size_t>(e)].nodes()) {
         if (const int index = index_of[static_cast<size_t>(node)]; index < tree.num_free)
           first = std::min(first, front_of[static_cast<size_t>(index)]);
       }
     }
-    front_of_unit.push_back(first == tree.fronts.size() ? 0 : first);
+    front_of_group.push_back(first == tree.fronts.size() ? 0 : first);
   }
-  std::vector<size_t> order(units.size());
+  std::vector<size_t> order(groups.size());
   std::iota(order.begin(), order.end(), size_t{0});
-  std::ranges::stable_sort(order, {}, [&](size_t unit) { return front_of_unit[unit]; });
+  std::ranges::stable_sort(order, {}, [&](size_t group) { return front_of_group[group]; });
   std::uint32_t num_patches = 0;
-  for (const size_t unit : order) {
-    const bool shares = model.elements[static_cast<size_t>(units[unit].front())].volume_patch >= 0;
+  for (const size_t group : order) {
+    const bool shares = model.elements[static_cast<size_t>(groups[group].front())].volume_patch >= 0;
     const std::uint32_t patch = shares ? num_patches++ : pack::kNoPatch;
-    for (const int e : units[unit]) {
+    for (const int e : groups[group]) {
       tree.elements.push_back(e);
       tree.volume_patches.push_back(patch);
     }
-    tree.fronts[front_of_unit[unit]].num_elements += static_cast<std::uint32_t>(units[unit].size());
+    tree.fronts[front_of_group[group]].num_elements += static_cast<std::uint32_t>(groups[group].size());
   }
   std::uint32_t first = 0;
   for (pack::Front& front : tree.fronts) {
@@ -160,10 +161,10 @@ OrganTree make_organ_tree(const Model& model, const ContactSites& sites) {
   std::vector<int> index_of(static_cast<size_t>(model.num_nodes()), 0);
   for (size_t i = 0; i < tree.nodes.size(); ++i)
     index_of[static_cast<size_t>(tree.nodes[i])] = static_cast<int>(i);
-  const std::vector<std::vector<int>> units = units_of(model);
-  const CholeskyAnalysis analysis(graph_of(model, units, index_of, tree.num_free));
-  take_fronts(*analysis.fronts(), tree);
-  list_elements(model, units, index_of, tree);
+  const std::vector<std::vector<int>> groups = coupled_groups(model);
+  const CholeskyAnalysis analysis(graph_of(model, groups, index_of, tree.num_free));
+  copy_fronts(*analysis.fronts(), tree);
+  list_elements(model, groups, index_of, tree);
   return tree;
 }
 

@@ -1,8 +1,8 @@
-// The organ as the runtime solves it: all nodes and elements, and the tree that orders their elimination.
+// The organ for nonlinear zones: all nodes and elements, and the tree that orders their elimination.
 //
 // The exterior of a nonlinear zone is the whole organ outside of the zone. The runtime condenses the exterior
-// onto the zone's boundary with a multifrontal factor (runtime/src/exterior/condensation.hpp). Its fronts come
-// from one symbolic analysis of the graph of nodes; elements are stored front by front.
+// onto the boundary of the zone with a multifrontal factor (runtime/src/exterior/condensation.hpp). The
+// fronts come from a symbolic analysis of the graph of nodes. A pack stores the elements front by front.
 #pragma once
 
 #include <cstdint>
@@ -24,10 +24,10 @@ struct OrganTree {
   std::vector<std::uint32_t> volume_patches;
 };
 
-// Throws std::runtime_error where the analysis fails, std::bad_alloc where memory runs out.
+// Builds the tree. Throws std::runtime_error where the analysis fails, std::bad_alloc where memory runs out.
 OrganTree make_organ_tree(const Model& model, const ContactSites& sites);
 
-// Estimate of a pack's bytes for the organ's mesh and tree, from counts alone.
+// Estimates the bytes of the organ's mesh and tree in a pack from counts alone.
 double organ_bytes(const Model& model);
 
 }  // namespace palpate

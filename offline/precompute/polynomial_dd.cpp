@@ -26,26 +26,26 @@ Eigen::Index num_terms(int first, int last) {
 }
 
 // Returns R: derivatives by x = A d up to `order`, in the order of a pack, are R times derivatives by d. With
-// M = A^-1, d/dx_i = sum_j M_ji d/dd_j for each index.
+// M = A^-1, d/dx_i = sum_j M_ji d/dd_j for each differentiation.
 Eigen::MatrixXd derivatives_by_unit(int order, const Eigen::Matrix3d& M) {
   const Eigen::Index size = num_terms(0, order);
   Eigen::MatrixXd map = Eigen::MatrixXd::Zero(size, size);
   pack::for_each_monomial(static_cast<uint32_t>(order),
                           [&](uint32_t row, uint32_t a, uint32_t b, uint32_t c) {
-                            std::vector<int> by;  // x_i, repeated by its order of differentiation
-                            by.insert(by.end(), a, 0);
-                            by.insert(by.end(), b, 1);
-                            by.insert(by.end(), c, 2);
-                            // All tuples of d_j.
+                            std::vector<int> axes;  // i of each d/dx_i
+                            axes.insert(axes.end(), a, 0);
+                            axes.insert(axes.end(), b, 1);
+                            axes.insert(axes.end(), c, 2);
+                            // Sum over all tuples of axes j.
                             int tuples = 1;
-                            for (size_t k = 0; k < by.size(); ++k) tuples *= 3;
+                            for (size_t k = 0; k < axes.size(); ++k) tuples *= 3;
                             for (int tuple = 0; tuple < tuples; ++tuple) {
                               std::array<uint32_t, 3> powers = {};
                               double factor = 1;
-                              int left = tuple;
-                              for (const int i : by) {
-                                const int j = left % 3;
-                                left /= 3;
+                              int remaining = tuple;
+                              for (const int i : axes) {
+                                const int j = remaining % 3;
+                                remaining /= 3;
                                 ++powers[static_cast<size_t>(j)];
                                 factor *= M(j, i);
                               }
@@ -55,8 +55,8 @@ Eigen::MatrixXd derivatives_by_unit(int order, const Eigen::Matrix3d& M) {
   return map;
 }
 
-// Weight of a sample at x in a fit of this degree. Errors count relative to |d|, floored at a tenth of the
-// range. Beyond the domain the weight falls by |x|^degree, the growth of the remainder.
+// Returns the weight of a sample at x: 1 / |x| for relative errors, with |x| floored at a tenth of the range.
+// Beyond the domain the weight falls by |x|^degree, the growth of the remainder.
 double sample_weight(const Eigen::Vector3d& x, int degree) {
   const double size = x.norm();
   return std::pow(std::max(size, 1.0), -degree) / std::max(size, 0.1);
@@ -67,12 +67,12 @@ struct HermiteSystem {
   Eigen::MatrixXd to_monomials;  // T of ball_polynomials.hpp: the columns of `design` are q = T^T m
   Eigen::MatrixXd design;
   Eigen::MatrixXd values;
-  Eigen::VectorXd weights;  // for each sample's rows
+  Eigen::VectorXd weights;  // one for each sample
   Eigen::Index block = 0;   // rows of each sample
 };
 
-// Sets up a fit in degrees first .. last. `known` of sample i: functions as columns, derivatives by d up to
-// `order` as rows. The fit serves derivatives of order `wanted`.
+// Sets up a fit in degrees first .. last. `known(sample)` returns the data: a column for each function, a row
+// for each derivative by d up to `order`. The fit serves derivatives of order `wanted`.
 template <typename Known>
 HermiteSystem hermite_system(const SiteSamples& samples, int first, int last, int order, int wanted,
                              Known&& known) {
@@ -82,16 +82,16 @@ HermiteSystem hermite_system(const SiteSamples& samples, int first, int last, in
   const auto count = static_cast<Eigen::Index>(samples.samples.size());
   system.design.resize(system.block * count, system.to_monomials.cols());
   system.weights.resize(count);
-  const Eigen::VectorXd weights = derivative_weights(last - wanted, order, wanted);
+  const Eigen::VectorXd row_weights = derivative_weights(last - wanted, order, wanted);
   const Eigen::MatrixXd to_values =
-      weights.asDiagonal() * derivatives_by_unit(order, samples.to_unit.inverse());
+      row_weights.asDiagonal() * derivatives_by_unit(order, samples.to_unit.inverse());
   for (Eigen::Index i = 0; i < count; ++i) {
     const Sample& sample = samples.samples[static_cast<size_t>(i)];
     const Eigen::Vector3d x = samples.to_unit * sample.displacement;
     const double weight = sample_weight(x, last);
     system.weights[i] = weight;
     system.design.middleRows(system.block * i, system.block) =
-        weight * weights.asDiagonal() * hermite_rows(x, first, last, order) * system.to_monomials;
+        weight * row_weights.asDiagonal() * hermite_rows(x, first, last, order) * system.to_monomials;
     const Eigen::MatrixXd values = weight * (to_values * known(sample));
     if (i == 0) system.values.resize(system.block * count, values.cols());
     system.values.middleRows(system.block * i, system.block) = values;
@@ -112,8 +112,7 @@ HermiteSystem field_system(const SiteSamples& samples, int degree) {
   });
 }
 
-// Fits E - d S d / 2 with derivatives up to the third in degrees 3 .. degree + 1. The fit serves the force,
-// so weights count from the gradient.
+// Fits E - d S d / 2 with derivatives up to the third in degrees 3 .. degree + 1, for the force.
 HermiteSystem energy_system(const SiteSamples& samples, int degree) {
   const Eigen::Matrix3d& S = samples.linear.stiffness;
   return hermite_system(samples, 3, degree + 1, 3, 1, [&](const Sample& sample) {
@@ -150,11 +149,11 @@ class OrthonormalFactor {
   Eigen::Index terms_;
 };
 
-// Leave-one-out root mean squares of part(sample, error) over the domain's samples without rest. `error`:
-// functions x `count`, rows first_row .. of the sample's block.
-template <typename Part>
+// Returns leave-one-out root mean squares of measure(sample, error) over the domain's samples without rest.
+// `error` [functions x `count`]: the residuals of `count` rows of the sample's block, from `first_row` on.
+template <typename Measure>
 HeldOutError held_out(const SiteSamples& samples, const HermiteSystem& system, Eigen::Index first_row,
-                      Eigen::Index count, Part&& part) {
+                      Eigen::Index count, Measure&& measure) {
   constexpr double kWellInside = 0.9;
   constexpr int kFewest = 4;
   constexpr HeldOutError kUnknown = {std::numeric_limits<double>::infinity(),
@@ -177,7 +176,7 @@ HeldOutError held_out(const SiteSamples& samples, const HermiteSystem& system, E
         solve_definite(identity - Q_b * Q_b.transpose(), identity.middleCols(first_row, count));
     const Eigen::MatrixXd error = residuals.middleRows(first, system.block).transpose() * rows /
                                   system.weights[static_cast<Eigen::Index>(i)];
-    const double size = part(sample, error);
+    const double size = measure(sample, error);
     squares += size * size;
     ++pushes;
     if ((samples.to_unit * sample.displacement).norm() > kWellInside) continue;
@@ -222,7 +221,7 @@ HeldOutError held_out_error(const SiteSamples& samples, int degree) {
 
 HeldOutError held_out_force_error(const SiteSamples& samples, int degree) {
   const double floor = force_floor(samples);
-  // Derivatives by x, of weight 1.
+  // Rows 1 to 3 are derivatives by x, of weight 1.
   return held_out(samples, energy_system(samples, degree), 1, 3,
                   [&](const Sample& sample, const Eigen::MatrixXd& error) {
                     return (samples.to_unit.transpose() * error.transpose()).norm() /
@@ -277,8 +276,7 @@ SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double 
   constexpr double kUnit = pack::kBasisUnit;
   SitePolynomial reduced = polynomial;
   if (polynomial.basis.cols() > 0) {
-    // Eigenvectors of B^T B are the field's principal directions over the domain, where columns of B belong
-    // to orthonormal functions.
+    // Columns of B belong to orthonormal functions: eigenvectors of B^T B are principal directions.
     const Eigen::MatrixXd V =
         symmetric_modes(polynomial.basis.transpose() * polynomial.basis).vectors.rowwise().reverse();
     reduced.basis = polynomial.basis * V;
@@ -290,7 +288,7 @@ SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double 
   }
 
   constexpr int kInside = 128;
-  // half inside, half on the boundary, where the truncation error is largest
+  // one half inside, one half on the boundary, where the truncation error is largest
   constexpr int kPoints = 2 * kInside;
   Eigen::MatrixXd points(3, kPoints);
   Eigen::MatrixXd monomials(polynomial.coefficients.rows(), kPoints);
@@ -298,24 +296,24 @@ SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double 
   const Eigen::Matrix3d from_unit = polynomial.to_unit.inverse();
   const std::vector<Eigen::Vector3d> inside = choose_survey_points(kInside, half, 0);
   for (int i = 0; i < kPoints; ++i) {
-    const Eigen::Vector3d& of_pair = inside[static_cast<size_t>(i / 2)];
-    const Eigen::Vector3d x = i % 2 == 0 ? of_pair : of_pair.normalized();
+    const Eigen::Vector3d& point = inside[static_cast<size_t>(i / 2)];
+    const Eigen::Vector3d x = i % 2 == 0 ? point : point.normalized();
     points.col(i) = x;
     monomials.col(i) = hermite_rows(x, 2, polynomial.degree, 0).transpose();
     sizes[i] = (from_unit * x).norm();
   }
   const Eigen::MatrixXd z = reduced.coefficients.transpose() * monomials;
-  Eigen::MatrixXd left_out = (polynomial.linear - reduced.linear) * points + reduced.basis * z;
+  Eigen::MatrixXd truncated = (polynomial.linear - reduced.linear) * points + reduced.basis * z;
   const auto error = [&] {
     double largest = 0;
-    for (int i = 0; i < kPoints; ++i) largest = std::max(largest, largest_node(left_out.col(i)) / sizes[i]);
+    for (int i = 0; i < kPoints; ++i) largest = std::max(largest, largest_node(truncated.col(i)) / sizes[i]);
     return largest;
   };
   const auto most = std::min<Eigen::Index>(pack::kMostRank, reduced.basis.cols());
   Eigen::Index rank = 0;
   reduced.basis_error = error();
   while (reduced.basis_error > tolerance && rank < most) {
-    // test the columns as packed
+    // Subtract the columns as a pack stores them.
     for (const Eigen::Index next = std::min(most, rank + 2); rank < next; ++rank) {
       auto column = reduced.basis.col(rank);
       const double size = column.cwiseAbs().maxCoeff();
@@ -324,7 +322,7 @@ SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double 
         reduced.coefficients.col(rank) *= size;
       }
       if (rounded) column = (column * kUnit).array().round() / kUnit;
-      left_out.noalias() -= column * (size > 0 ? size : 1.0) * z.row(rank);
+      truncated.noalias() -= column * (size > 0 ? size : 1.0) * z.row(rank);
     }
     reduced.basis_error = error();
   }

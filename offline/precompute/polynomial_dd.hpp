@@ -3,7 +3,7 @@
 // Source: Zhong et al. 2005 eqs. (22)-(24). Departures, justified in bench/polynomials/POLYNOMIALS.md:
 //   1. the linear part is the exact linear DD,
 //   2. values, first and second derivatives are fitted together (Hermite),
-//   3. polynomials are orthonormal over the sampled domain, and samples weigh as their errors count,
+//   3. polynomials are orthonormal over the sampled domain, and weights make errors relative to |d|,
 //   4. an orthogonal factorisation replaces eq. (24), whose normal equations square the condition,
 //   5. the force is the gradient of a fitted energy.
 #pragma once
@@ -17,8 +17,8 @@
 
 namespace palpate {
 
-// Samples for a site's polynomials. `to_unit` is A: x = A d maps the sampled domain, an ellipsoid, to the
-// unit ball. Samples may lie beyond the domain.
+// Samples for the polynomials of a site. `to_unit` is A: x = A d maps the sampled domain, an ellipsoid, to
+// the unit ball. Samples may lie beyond the domain.
 struct SiteSamples {
   std::vector<Sample> samples;
   SiteLinearResponse linear;
@@ -41,57 +41,55 @@ struct SitePolynomial {
 // Whether |A d| <= 1, to rounding.
 bool is_in_domain(const SiteSamples& samples, const Sample& sample);
 
-// Floor of |f_FE|: kForceFloor of the largest force of the domain's samples.
+// Returns the floor of |f_FE|: kForceFloor of the largest force of the domain's samples.
 double force_floor(const SiteSamples& samples);
 
-// Shortest semi-axis of a sampled domain.
+// Returns the shortest semi-axis of the sampled domain |A d| <= 1: length unit.
 double least_reach(const Eigen::Matrix3d& to_unit);
 
-// Highest degree of a fit on the ball or half-ball. Monomials on the half-ball are so ill-conditioned that
-// higher degrees exceed single precision.
+// Returns the highest degree of a fit on the ball or half-ball. Monomials on the half-ball are
+// ill-conditioned: higher degrees exceed single precision.
 int highest_fit_degree(bool half);
 
-// Leave-one-out errors of a fit: root mean square over the domain's samples without rest; infinite without samples.
+// Leave-one-out root mean squares over the domain's samples without rest; infinite without samples.
 struct HeldOutError {
   double all;
-  // Over samples well inside the domain where several exist, else `all`. At the edge a fit without the edge
-  // sample must extrapolate, and its error grows with the degree although the full fit's error falls.
-  // `inside` follows the error of random pushes.
+  // The same over samples with |A d| <= 0.9 where four or more exist, else `all`. A fit without a sample at
+  // the boundary extrapolates there; `inside` follows the error of random pushes.
   double inside;
 };
 
-// Error of the field: max over packed nodes of |u - u_FE| / |d|. One fit gives all leave-one-out residuals:
+// Returns errors of the field: max over packed nodes of |u - u_FE| / |d|. A single fit gives all residuals:
 //   (1 - Q_b Q_b^T)^-1 r_b,   Q: orthonormal factor of the design, b: a sample's rows
 // (Allen 1974, The relationship between variable selection and data augmentation and a method for
 // prediction). Infinite where the other samples do not determine the polynomial. Cost: a QR of (10 samples) x
 // terms, then 20 samples x terms multiply-adds for each packed dof.
 HeldOutError held_out_error(const SiteSamples& samples, int degree);
 
-// Error of the force: |f - f_FE| / |f_FE|, |f_FE| floored at force_floor().
+// Returns errors of the force: |f - f_FE| / |f_FE|, |f_FE| floored at force_floor().
 HeldOutError held_out_force_error(const SiteSamples& samples, int degree);
 
-// Least squares over the samples with errors relative to |d|. A sample at x beyond the domain weighs |x|^-n,
-// n the degree of field or energy. The basis has a column for each orthonormal polynomial. Throws
+// Fits by least squares with errors relative to |d|. A sample at x beyond the domain has the weight |x|^-n, n
+// the degree of field or energy. The basis has a column for each orthonormal polynomial. Throws
 // std::invalid_argument when the samples do not determine the polynomial. Cost: as held_out_error.
 SitePolynomial fit_polynomial(const SiteSamples& samples, int degree);
 
-// u of a displacement in the sampled domain: 3 packed nodes, length unit.
+// Returns u at a displacement in the sampled domain: 3 packed nodes, length unit.
 Eigen::VectorXd field_at(const SitePolynomial& polynomial, const Eigen::Vector3d& displacement);
 
-// The force of the tool on the tissue, force unit: the gradient of the energy.
+// Returns the force of the tool on the tissue, force unit: the gradient of the energy.
 Eigen::Vector3d force_at(const SitePolynomial& polynomial, const Eigen::Vector3d& displacement);
 
-// Errors at a sample; |f_FE| is at least `force_floor`. Cost: a field.
+// Returns the errors at a sample; the denominator |f_FE| is at least `force_floor`. Cost: a field.
 SampleErrors errors_of(const SitePolynomial& polynomial, const Sample& sample, double force_floor);
 
-// The largest entry, rounded up to single precision. Entries of a rounded L are multiples of this unit / 32767.
+// Returns the largest |entry| in single precision, rounded up: the unit of a rounded L is this value / 32767.
 float linear_unit(const Eigen::MatrixXd& linear);
 
-// Reduces the field to the fewest principal directions whose truncation error is at most `tolerance` of |d|
-// at any packed node. The error is measured at points over the domain and its boundary; `basis_error` records
-// it. At most pack::kMostRank directions. Entries of the basis are within 1; with `rounded` they are
-// multiples of 1/32767, as are entries of `linear` / linear_unit(). Cost: an eigenvalue problem of the terms,
-// and terms x 256 multiply-adds for each packed dof.
+// Reduces the field to the fewest principal directions, at most pack::kMostRank, whose truncation error is at
+// most `tolerance` of |d| at any packed node. `basis_error` records the error, measured inside and on the
+// boundary. Entries of the basis are within 1; with `rounded` these, and `linear` / linear_unit(), are
+// multiples of 1/32767. Cost: an eigenvalue problem of the terms, and terms x 256 multiply-adds a packed dof.
 SitePolynomial reduce_basis(const SitePolynomial& polynomial, bool half, double tolerance, bool rounded);
 
 }  // namespace palpate

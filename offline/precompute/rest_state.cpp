@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-// Returns b for this acceleration.
+// Returns the nodal forces b of this acceleration: num_dofs.
 Eigen::VectorXd gravity_forces(const Model& model, const Eigen::Vector3d& acceleration) {
   Step step;
   for (size_t element = 0; element < model.elements.size(); ++element)

@@ -5,7 +5,7 @@
 //
 //   u(g) = u(g0) + G (g - g0),   G = K^-1 db/dg, three columns, K the tangent at rest
 //
-// exact for a linear organ: Zhong et al. 2005 eq. (16) with b for f.
+// This equation is exact for a linear organ: Zhong et al. 2005 eq. (16) with b for f.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +20,7 @@ struct RestState {
   Eigen::VectorXd displacement;  // from the mesh: num_dofs
   Eigen::VectorXd force;         // b: num_dofs
   Eigen::MatrixXd per_gravity;   // G: num_dofs x 3, only where the device may tilt
-  double energy = 0;             // stored energy - b . u
+  double energy = 0;             // potential energy at rest: stored energy - b . u
 
   bool is_mesh() const { return displacement.size() == 0; }
   Eigen::VectorXd displacement_of(const Model& model) const {
@@ -29,7 +29,7 @@ struct RestState {
   LoadCase load_case(const Model& model) const;
 };
 
-// Throws std::runtime_error where no equilibrium exists.
+// Solves for rest. Throws std::runtime_error where the solver finds no stable equilibrium.
 RestState find_rest(const Assembly& assembly, const Scene& scene);
 
 }  // namespace palpate

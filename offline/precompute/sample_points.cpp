@@ -37,7 +37,7 @@ Eigen::MatrixXd weighted_rows(const Eigen::Vector3d& x, int degree) {
 
 }  // namespace
 
-// Points by the golden angle.
+// A spiral from pole to pole: neighbours differ by the golden angle.
 std::vector<Eigen::Vector3d> sphere_points(int count) {
   const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
   std::vector<Eigen::Vector3d> points;
@@ -95,7 +95,7 @@ Eigen::Vector3d SamplePoints::farthest_inner() const {
 
 std::optional<Eigen::Vector3d> SamplePoints::most_informative() {
   constexpr int kLeastDegree = 3;
-  constexpr double kLeastDistance = 0.2;  // a repeated point does not test a fit
+  constexpr double kLeastDistance = 0.2;  // a nearer point hardly tests a fit
   int degree = std::max(degree_, kLeastDegree);
   while (degree < highest_degree_ && 2 * pack::num_monomials(2, static_cast<uint32_t>(degree)) <=
                                          kEquationsPerSample * (chosen_.size() + 1)) {
@@ -105,7 +105,7 @@ std::optional<Eigen::Vector3d> SamplePoints::most_informative() {
     degree_ = degree;
     candidate_rows_.clear();
     for (const Eigen::Vector3d& x : candidates_) candidate_rows_.push_back(weighted_rows(x, degree));
-    // A small prior makes the first choices unique.
+    // A small prior makes M definite, and the first choices unique.
     const Eigen::Index terms = candidate_rows_.front().cols();
     information_ = 1e-6 * Eigen::MatrixXd::Identity(terms, terms);
     for (const Eigen::Vector3d& x : chosen_) {
@@ -151,7 +151,7 @@ std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uin
 }
 
 Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  // A half-turn about `from` and one about the direction halfway to `to` turn in the plane of both, by their angle.
+  // Half-turns about `from`, then about the bisector, rotate by the angle between `from` and `to`.
   const auto half_turn = [](const Eigen::Vector3d& axis) -> Eigen::Matrix3d {
     return 2 * axis * axis.transpose() - Eigen::Matrix3d::Identity();
   };

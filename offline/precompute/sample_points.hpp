@@ -1,10 +1,10 @@
 // Chooses sample points in the ball of tool displacements.
 //
-// The N^3 grid of Zhong et al. 2005 section 3.2, in effect ten points on one ray, leaves most of the
-// polynomial undetermined. Here a greedy choice maximises the information about the polynomial
-// (D-optimality). Every converged solve also gives exact first and second derivatives for nine back-solves:
-// ten equations a point. Such points lie mostly on the boundary. Some further points inside the ball serve
-// functions that no polynomial follows (bench/polynomials/POLYNOMIALS.md).
+// The N^3 grid of Zhong et al. 2005 section 3.2, in effect ten points on a ray, leaves most of the polynomial
+// undetermined. Here a greedy choice maximises the information about the polynomial (D-optimality). A
+// converged solve also gives exact first and second derivatives for nine back-solves: ten equations a point.
+// The chosen points lie mostly on the boundary. Some further points inside the ball serve functions that no
+// polynomial follows (bench/polynomials/POLYNOMIALS.md).
 #pragma once
 
 #include <Eigen/Core>
@@ -19,9 +19,9 @@ namespace palpate {
 inline constexpr int kEquationsPerSample = 10;
 
 // Points of the closed unit ball, or its half z >= 0, for Hermite fits without constant and linear part. Each
-// point serves the lowest degree that earlier points do not determine twice. Later, every third point is the
-// inside point farthest from all others; finally all points are. The sequence is fixed, computed on demand
-// and limited to about 300 points (150 in a half). Thread-safe.
+// point serves the lowest degree that earlier points do not determine twice. From the 13th on, every third
+// point is the inner candidate farthest from all chosen points; finally all points are. The sequence is
+// fixed, computed on demand and limited to about 300 points (150 in a half). Thread-safe.
 class SamplePoints {
  public:
   explicit SamplePoints(bool half);
@@ -41,18 +41,18 @@ class SamplePoints {
   std::vector<Eigen::Vector3d> chosen_;
 };
 
-// Points of the unit ball for the error survey: uniform directions, |x| uniform in each quarter of (0, 1] in
-// turn, outermost first. Leaves out the first `skipped` points of the round.
+// Draws survey points in the unit ball: uniform directions, |x| uniform in each quarter of (0, 1] in turn,
+// outermost first. The turns begin after the first `skipped` quarters.
 std::vector<Eigen::Vector3d> choose_survey_points(int count, bool half, std::uint64_t seed,
                                                   size_t skipped = 0);
 
-// The smallest rotation that turns `from` into `to`; both are unit vectors.
+// Returns the smallest rotation that turns `from` into `to`; both are unit vectors.
 Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
-// A rotation with third column `axis`: maps the half-ball z >= 0 to the half-ball about the axis.
+// Returns a rotation with third column `axis`, from the half-ball z >= 0 to the half-ball about the axis.
 Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis);
 
-// `count` points spread evenly over the unit sphere.
+// Returns `count` points spread evenly over the unit sphere.
 std::vector<Eigen::Vector3d> sphere_points(int count);
 
 }  // namespace palpate

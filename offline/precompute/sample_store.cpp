@@ -17,21 +17,21 @@ namespace {
 
 struct RecordHeader {
   char magic[8];
-  std::uint64_t checksum;  // XXH3-64 of the bytes behind it
+  std::uint64_t checksum;  // XXH3-64 of the record after this field, seeded with the binding
   std::uint32_t kind;
   std::int32_t increments;
   double displacement[3];
-  std::uint64_t numbers;  // float64
-  std::uint64_t fields;   // float32, behind the numbers
+  std::uint64_t numbers;  // count of float64 after the header
+  std::uint64_t fields;   // count of float32 after the numbers
   std::uint64_t outcome;
 };
 static_assert(sizeof(RecordHeader) == 72);
 
 constexpr char kMagic[8] = {'P', 'A', 'L', 'S', 'M', 'P', '0', '2'};
-constexpr size_t kUnchecked = offsetof(RecordHeader, checksum) + sizeof(RecordHeader::checksum);
+constexpr size_t kUncheckedBytes = offsetof(RecordHeader, checksum) + sizeof(RecordHeader::checksum);
 
 std::uint64_t checksum_of(std::string_view record, std::uint64_t binding) {
-  return XXH3_64bits_withSeed(record.data() + kUnchecked, record.size() - kUnchecked, binding);
+  return XXH3_64bits_withSeed(record.data() + kUncheckedBytes, record.size() - kUncheckedBytes, binding);
 }
 
 bool read_at(int file, std::uint64_t offset, void* to, size_t count) {
@@ -104,9 +104,10 @@ void SampleFile::read_index() {
   for (;;) {
     RecordHeader header;
     if (size - end_ < sizeof header || !read_at(file_, end_, &header, sizeof header)) return;
-    const std::uint64_t rest = size - end_ - sizeof header;
-    if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0 || header.numbers > rest / sizeof(double) ||
-        header.fields > (rest - header.numbers * sizeof(double)) / sizeof(float))
+    const std::uint64_t remaining = size - end_ - sizeof header;
+    if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0 ||
+        header.numbers > remaining / sizeof(double) ||
+        header.fields > (remaining - header.numbers * sizeof(double)) / sizeof(float))
       return;
     record.resize(sizeof header + header.numbers * sizeof(double) + header.fields * sizeof(float));
     if (!read_at(file_, end_, record.data(), record.size()) ||
@@ -158,8 +159,9 @@ bool SampleFile::keep(const PushRequest& request, const SolvedPush& push) {
   return true;
 }
 
-SampleStore::SampleStore(const std::filesystem::path& folder, std::string_view key_of, bool is_held_for_us) {
-  const XXH128_hash_t hash = XXH3_128bits(key_of.data(), key_of.size());
+SampleStore::SampleStore(const std::filesystem::path& folder, std::string_view inputs,
+                         bool is_locked_by_rank_0) {
+  const XXH128_hash_t hash = XXH3_128bits(inputs.data(), inputs.size());
   folder_ = folder / fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
   key_ = hash.low64;
   std::error_code error;
@@ -167,7 +169,7 @@ SampleStore::SampleStore(const std::filesystem::path& folder, std::string_view k
   if (error)
     throw std::runtime_error(folder_.string() + ": " + error.message() +
                              "; name another folder for solved samples with --samples");
-  if (is_held_for_us) return;
+  if (is_locked_by_rank_0) return;
   const std::filesystem::path lock = folder_ / "lock";
   lock_ = open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (lock_ < 0) throw_system_error(lock);

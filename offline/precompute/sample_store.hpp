@@ -1,12 +1,10 @@
-// Keeps nonlinear solves on disk. A killed build resumes, and a build with another target, degree or
-// precision reuses its solves.
+// Keeps nonlinear solves on disk, for a resumed build or a build with another target, degree or precision.
 //
 //   FOLDER/KEY/LABEL.samples     KEY: hash of all inputs of a scene's solves; LABEL: the site's node
 //   FOLDER/KEY/set-HASH.samples  a set of several contacts; HASH: of its sites and displacements
 //
-// A file is a sequence of records with checksums. An incomplete record at the end is ignored and overwritten.
-// Fields have single precision, also in the run that solved them: a resumed build gives the same bytes as an
-// uninterrupted build.
+// A file is a sequence of records with checksums. An incomplete record at the end is overwritten. Fields have
+// single precision, also in the run that solved the push: resumed and uninterrupted builds give equal bytes.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,7 +23,7 @@ namespace palpate {
 struct PushRequest {
   enum class Kind : std::uint32_t { sample = 1, survey = 2, series = 3, set = 4 };
   Kind kind = Kind::sample;
-  int increments = 0;                                      // number on a survey's path from rest
+  int increments = 0;                                      // of a survey's path from rest
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  // for a set: displacement of the first contact
 };
 
@@ -44,8 +42,8 @@ const char* words_for(PushOutcome outcome);
 // The result of a request.
 struct SolvedPush {
   PushOutcome outcome = PushOutcome::no_equilibrium;
-  std::vector<double> numbers;
-  std::vector<float> fields;
+  std::vector<double> numbers;  // energy, forces and their derivatives
+  std::vector<float> fields;    // displacements and their derivatives
 };
 
 // The solves of one site or one set of contacts. Not thread-safe.
@@ -60,12 +58,12 @@ class SampleFile {
 
   // Returns the kept result of exactly this request with these numbers of entries.
   std::optional<SolvedPush> find(const PushRequest& request, size_t num_numbers, size_t num_fields) const;
-  // False where the record cannot be kept, as on a full disk; without other effect.
+  // Appends a record. Returns false, without other effect, where writing fails, as on a full disk.
   [[nodiscard]] bool keep(const PushRequest& request, const SolvedPush& push);
 
  private:
   struct Place {
-    std::uint64_t offset, numbers, fields;
+    std::uint64_t offset, numbers, fields;  // offset of the numbers in the file: bytes; counts of both arrays
     PushOutcome outcome;
   };
   using Key = std::tuple<std::uint32_t, int, double, double, double>;
@@ -78,21 +76,21 @@ class SampleFile {
   std::map<Key, Place> places_;
 };
 
-// The folder of one scene's solves. One process holds it, for itself or for its ranks. Several threads may
-// use `find` and `keep`, each with its own file.
+// The folder of a scene's solves. A process holds the folder, for itself or for its ranks. Several threads
+// may use `find` and `keep`, each with its own file.
 class SampleStore {
  public:
-  // Makes the folder from a hash of `key_of`. Throws std::runtime_error "PATH: REASON; REMEDY" where that
-  // fails or another process holds the folder. `is_held_for_us`: a holder shares it with this process.
-  SampleStore(const std::filesystem::path& folder, std::string_view key_of, bool is_held_for_us = false);
+  // Makes FOLDER/KEY, KEY a hash of `inputs`. Throws std::runtime_error "PATH: REASON; REMEDY" where the
+  // folder cannot be made or another build holds its lock. `is_locked_by_rank_0`: takes no lock.
+  SampleStore(const std::filesystem::path& folder, std::string_view inputs, bool is_locked_by_rank_0 = false);
   ~SampleStore();
   SampleStore(const SampleStore&) = delete;
   SampleStore& operator=(const SampleStore&) = delete;
 
   std::filesystem::path file_of(int label) const;
-  std::uint64_t binding_of(int label) const;  // the file is bound to its site and scene
+  std::uint64_t binding_of(int label) const;  // hash of KEY and the site's label
 
-  // A set of several contacts, identified by these bytes.
+  // File of a set of several contacts. `set`: bytes that identify the set.
   struct Place {
     std::filesystem::path file;
     std::uint64_t binding;

@@ -18,44 +18,44 @@ namespace {
 
 constexpr double kSmallestReach = 0.25;  // fraction of the scene's largest displacement
 constexpr double kRounding = 1e-9;       // relative tolerance of reaches
-// Least fraction of the domain that one cut keeps: bounds the loss by a wrong estimate and the number of solves.
-constexpr double kLeastPart = 0.7;
-constexpr double kMostPart = 0.97;
+// Range of the fraction that a cut keeps: bounds the loss by a wrong estimate, and the number of cuts.
+constexpr double kLeastFraction = 0.7;
+constexpr double kMostFraction = 0.97;
 
-// For a displacement that nearly inverts an element: the fraction where the smallest det F exceeds `least`
-// with a margin of a tenth. Along a ray det F falls about as exp(-c t^2).
+// Returns the fraction t of a displacement where the smallest det F is 1.1 `least`, if det F = exp(-c t^2)
+// along the ray, and `min_jacobian` at t = 1.
 double part_by_jacobian(double min_jacobian, double least) {
-  if (!(min_jacobian > 0 && min_jacobian < least)) return kLeastPart;
-  return std::clamp(std::sqrt(std::log(1.1 * least) / std::log(min_jacobian)), kLeastPart, kMostPart);
+  if (!(min_jacobian > 0 && min_jacobian < least)) return kLeastFraction;
+  return std::clamp(std::sqrt(std::log(1.1 * least) / std::log(min_jacobian)), kLeastFraction, kMostFraction);
 }
 
-// For a displacement with this fit error: relative to |d| the remainder grows as t^degree.
+// Returns the fraction t where the fit error is `target`: the relative error grows as t^degree.
 double part_by_error(double error, double target, int degree) {
-  return std::clamp(std::pow(target / error, 1.0 / degree), kLeastPart, kMostPart);
+  return std::clamp(std::pow(target / error, 1.0 / degree), kLeastFraction, kMostFraction);
 }
 
-// Errors that only a cut of the domain can remove. A new fit with the sample may follow smaller errors.
+// Whether only a cut can remove the error. A new fit with the sample may remove a smaller error.
 bool is_far_off(double error, double target) {
   constexpr double kFarOff = 0.01;
   return error > std::max(kFarOff, 2 * target);
 }
 
-// Cuts the ellipsoid |A d| <= 1 at a fraction of d inside, but keeps `least` along all axes. In a half-domain
-// inward displacements keep x_3 >= 0: d . n = (A^-T n) . x.
-void shorten(const Eigen::Vector3d& displacement, double part, double least, const Eigen::Vector3d& inward,
-             SiteSamples& samples) {
+// Cuts the ellipsoid |A d| <= 1 at `fraction` of `displacement`; no semi-axis falls below `least`. In a
+// half-domain a rotation of x gives inward displacements x_3 >= 0: d . n = (A^-T n) . x.
+void shorten(const Eigen::Vector3d& displacement, double fraction, double least,
+             const Eigen::Vector3d& inward, SiteSamples& samples) {
   Eigen::Matrix3d& A = samples.to_unit;
   const Eigen::Vector3d x = A * displacement;
   const Eigen::Vector3d along = x.normalized();
-  A += (1 / (part * x.norm()) - 1) * along * (along.transpose() * A);
+  A += (1 / (fraction * x.norm()) - 1) * along * (along.transpose() * A);
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
   if (svd.singularValues()[0] * least > 1)
     A = svd.matrixU() * svd.singularValues().cwiseMin(1 / least).asDiagonal() * svd.matrixV().transpose();
   if (samples.half) A = frame_about((A.inverse().transpose() * inward).normalized()).transpose() * A;
 }
 
-// Returns separated x near the edge where fits of two degrees differ most, relative to |d|: the samples
-// determine the fit least there (bench/polynomials/POLYNOMIALS.md).
+// Returns separated x near the boundary where fits of two degrees differ most, relative to |d|. The samples
+// determine the fit least at these x (bench/polynomials/POLYNOMIALS.md).
 std::vector<Eigen::Vector3d> doubtful_points(const SiteSamples& samples, const SitePolynomial& fit,
                                              size_t count) {
   constexpr int kDirections = 400;
@@ -104,12 +104,12 @@ bool SampledDomain::sample(const Eigen::Vector3d& x) {
         return (sample.displacement - displacement).norm() <= kRounding * displacement.norm();
       });
   if (is_known) return true;
-  Taken taken = take(displacement);
-  if (taken.refused != PushOutcome::solved) {
+  TakenSample taken = take(displacement);
+  if (taken.failure != PushOutcome::solved) {
     throw std::runtime_error(
         fmt::format("{}: {} for a push of {:.3g} at node {}, though max_displacement is {:.3g}; reduce "
                     "max_displacement, or raise tip_radius",
-                    scene_.file.string(), words_for(taken.refused), displacement.norm(), label_,
+                    scene_.file.string(), words_for(taken.failure), displacement.norm(), label_,
                     scene_.max_displacement));
   }
   if (!taken.sample) return false;
@@ -117,32 +117,32 @@ bool SampledDomain::sample(const Eigen::Vector3d& x) {
   return true;
 }
 
-// Takes the sample; empty where the domain now ends before it, or the solve is refused.
-SampledDomain::Taken SampledDomain::take(const Eigen::Vector3d& displacement) {
+// Solves a push. Cuts the domain before a push that fails or crushes an element.
+SampledDomain::TakenSample SampledDomain::take(const Eigen::Vector3d& displacement) {
   Sample sample;
   ++num_solves_;
   const PushOutcome outcome = sampler_.solve(displacement, sample);
   if (outcome != PushOutcome::solved) {
-    const double part = part_by_jacobian(sample.min_jacobian, kLeastSampledJacobian);
-    // Below this reach the domain is not sampled for its own sake.
-    const bool is_ended = part * displacement.norm() >= kSmallestReach * scene_.max_displacement &&
-                          end_before(displacement, part, outcome);
-    return {{}, is_ended ? PushOutcome::solved : outcome};
+    const double fraction = part_by_jacobian(sample.min_jacobian, kLeastSampledJacobian);
+    // The domain does not shrink below kSmallestReach: such a failure is an error.
+    const bool is_cut = fraction * displacement.norm() >= kSmallestReach * scene_.max_displacement &&
+                        cut_before(displacement, fraction, outcome);
+    return {{}, is_cut ? PushOutcome::solved : outcome};
   }
   if (sample.min_jacobian < least_jacobian_ &&
-      end_before(displacement, part_by_jacobian(sample.min_jacobian, least_jacobian_),
+      cut_before(displacement, part_by_jacobian(sample.min_jacobian, least_jacobian_),
                  PushOutcome::not_followed))
     return {};
   return {std::move(sample)};
 }
 
-// Cuts the domain at a fraction of this displacement, but keeps a quarter of the largest along all axes.
-// Returns false and changes nothing where that is not before the displacement.
-bool SampledDomain::end_before(const Eigen::Vector3d& displacement, double part, PushOutcome outcome) {
+// Cuts the domain at `fraction` of the displacement, but keeps kSmallestReach along all axes. Returns false
+// and changes nothing where the displacement would stay inside.
+bool SampledDomain::cut_before(const Eigen::Vector3d& displacement, double fraction, PushOutcome outcome) {
   constexpr double kOutside = 1.01;  // a smaller cut is not worth a solve
-  if (part * (samples_.to_unit * displacement).norm() >= 1) return true;
+  if (fraction * (samples_.to_unit * displacement).norm() >= 1) return true;
   const Eigen::Matrix3d before = samples_.to_unit;
-  shorten(displacement, part, kSmallestReach * scene_.max_displacement, site_.inward, samples_);
+  shorten(displacement, fraction, kSmallestReach * scene_.max_displacement, site_.inward, samples_);
   if ((samples_.to_unit * displacement).norm() < kOutside) {
     samples_.to_unit = before;
     return false;
@@ -155,9 +155,9 @@ void SampledDomain::leave_crushed() {
   least_jacobian_ = kFollowedJacobian;
   std::vector<Sample> left;
   for (Sample& sample : samples_.samples) {
-    const double part = part_by_jacobian(sample.min_jacobian, kFollowedJacobian);
+    const double fraction = part_by_jacobian(sample.min_jacobian, kFollowedJacobian);
     if (sample.min_jacobian < kFollowedJacobian &&
-        end_before(sample.displacement, part, PushOutcome::not_followed))
+        cut_before(sample.displacement, fraction, PushOutcome::not_followed))
       continue;
     left.push_back(std::move(sample));
   }
@@ -172,7 +172,7 @@ void SampledDomain::try_fit(const SitePolynomial& fit, double target, size_t num
     if (!sample) continue;
     const double error = errors_of(fit, *sample, floor).larger();
     if (is_far_off(error, target))
-      end_before(sample->displacement, part_by_error(error, target, fit.degree), PushOutcome::not_followed);
+      cut_before(sample->displacement, part_by_error(error, target, fit.degree), PushOutcome::not_followed);
     samples_.samples.push_back(*std::move(sample));
   }
 }

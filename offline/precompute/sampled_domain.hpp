@@ -1,5 +1,4 @@
-// The sampled domain of a site, the ellipsoid |A d| <= 1 of its polynomial, with the samples of the fit. A
-// later cut may leave samples beyond the domain.
+// The sampled domain of a site, the ellipsoid |A d| <= 1, with its samples. A cut may leave samples outside.
 //
 // The domain starts as a ball or its inward half. It is cut along displacements where:
 //   1. the solver finds no equilibrium,
@@ -26,13 +25,13 @@ class SampledDomain {
   // Adds the known data at rest.
   void sample_rest();
 
-  // Takes a sample at x = A d, unless present. False where none exists: the domain now ends before it, and x
-  // belongs to a smaller displacement. Throws std::runtime_error with the node where the cut would leave less
-  // than a quarter of the largest displacement.
+  // Takes a sample at x = A d, unless present. Returns false after a cut of the domain before a failed push:
+  // x now belongs to a smaller displacement. Throws std::runtime_error with the node where the cut would
+  // leave less than a quarter of the largest displacement.
   [[nodiscard]] bool sample(const Eigen::Vector3d& x);
 
-  // Cuts the domain before samples below kFollowedJacobian and drops them, as long as a quarter of the
-  // largest displacement remains. Further samples below it also cut.
+  // Drops samples with det F below kFollowedJacobian and cuts the domain before the dropped samples, as long
+  // as a quarter of the largest displacement remains. Later samples below this limit also cut the domain.
   void leave_crushed();
 
   // Tests `fit`, of degree 2 or more, at `num_pushes` new samples near the edge, where fits of two degrees
@@ -47,12 +46,12 @@ class SampledDomain {
   PushOutcome cut_by() const { return cut_by_; }  // reason of the last cut
 
  private:
-  struct Taken {
-    std::optional<Sample> sample;
-    PushOutcome refused = PushOutcome::solved;  // reason of failure inside the domain
+  struct TakenSample {
+    std::optional<Sample> sample;               // empty where the push failed or the domain was cut
+    PushOutcome failure = PushOutcome::solved;  // reason where the domain could not be cut
   };
-  Taken take(const Eigen::Vector3d& displacement);
-  bool end_before(const Eigen::Vector3d& displacement, double part, PushOutcome outcome);
+  TakenSample take(const Eigen::Vector3d& displacement);
+  bool cut_before(const Eigen::Vector3d& displacement, double fraction, PushOutcome outcome);
 
   SiteSampler& sampler_;
   const Scene& scene_;
@@ -61,7 +60,7 @@ class SampledDomain {
   SiteSamples& samples_;
   size_t num_solves_ = 0;
   PushOutcome cut_by_ = PushOutcome::solved;
-  double least_jacobian_ = kLeastSampledJacobian;  // accepted for samples
+  double least_jacobian_ = kLeastSampledJacobian;  // least accepted det F of a sample
 };
 
 }  // namespace palpate

@@ -91,11 +91,11 @@ void SiteSampler::read_response(const Eigen::VectorXd& u, Sample& sample) const 
   sample.force = patch_motion_.transpose() * internal;
 }
 
-// Returns the kept result of a request; otherwise computes and keeps it, rounded as the store rounds. The two
-// visitors list the result's numbers and fields.
+// Loads the kept result of a request, or computes and keeps the result. Both ways round the fields to single
+// precision. The two visitors list the numbers and fields of the result.
 template <typename Compute, typename Numbers, typename Fields>
-PushOutcome SiteSampler::recall_or(Compute&& compute, const PushRequest& request, Numbers&& each_number,
-                                   Fields&& each_field) {
+PushOutcome SiteSampler::load_or_compute(Compute&& compute, const PushRequest& request, Numbers&& each_number,
+                                         Fields&& each_field) {
   size_t num_numbers = 0;
   size_t num_fields = 0;
   each_number([&](double&) { ++num_numbers; });
@@ -129,10 +129,10 @@ PushOutcome SiteSampler::solve(const Eigen::Vector3d& displacement, Sample& samp
   anchor.u.resize(patch_motion_.rows());
   anchor.tangent.resize(patch_motion_.rows(), 3);
   Eigen::MatrixXd curvature(packed_dofs_.size(), 6);
-  const PushOutcome outcome = recall_or(
+  const PushOutcome outcome = load_or_compute(
       [&] {
         const PushOutcome found = compute(displacement, anchor, curvature);
-        anchor.u -= rest_displacement_;  // a small push of a sagging organ keeps its digits
+        anchor.u -= rest_displacement_;  // keeps the digits of a small push on a sagging organ
         return found;
       },
       {PushRequest::Kind::sample, 0, displacement},
@@ -175,11 +175,11 @@ PushOutcome SiteSampler::compute(const Eigen::Vector3d& displacement, Anchor& an
         (nearest->sample.displacement - displacement).norm())
       nearest = &other;
   }
-  // The result must not depend on earlier solves.
+  // A kept factor would make the last digits depend on earlier solves.
   solver_->forget_factor();
   anchor.u = nearest->u + nearest->tangent * (displacement - nearest->sample.displacement);
   const LoadCase load = load_for(displacement);
-  // Rounds to single precision, held dofs included.
+  // Neighbours have single precision: set the held dofs exactly.
   for (size_t dof = 0; dof < load.held.size(); ++dof) {
     if (load.held[dof] != 0)
       anchor.u[static_cast<Eigen::Index>(dof)] = load.displacement[static_cast<Eigen::Index>(dof)];
@@ -193,14 +193,14 @@ PushOutcome SiteSampler::compute(const Eigen::Vector3d& displacement, Anchor& an
   return PushOutcome::solved;
 }
 
-// A body may have two equilibria for one push, and the step from a neighbour may reach the other one. On one branch the
-// energies differ by the work of the force, the integral of g(t) = f(d(t)) . D over the step D:
+// Whether a solution lies on the path from rest. A body may have two equilibria for one push. Along one path
+// the energies differ by the work of the force, the integral of g(t) = f(d(t)) . D over the step D:
 //   (g0 + g1) / 2 + (g0' - g1') / 10 + (g0'' + g1'') / 120   (two-point Hermite, error g^(6) / 100,800)
-// from the derivatives at both ends. A large step may miss the test slightly; the straight path from rest then decides.
+// A large step may fail this test slightly; the straight path from rest then decides.
 bool SiteSampler::is_on_branch_from_rest(const Anchor& from, const Sample& sample) {
   constexpr double kWorkTolerance =
-      0.003;  // fraction of the energy; well below the difference between branches
-  constexpr double kEnergyTolerance = 1e-6;  // tolerance for the same state, found twice
+      0.003;  // fraction of the energy; well below the difference between two equilibria
+  constexpr double kEnergyTolerance = 1e-6;  // fraction of the energy: the same state, found twice
   constexpr int kIncrements = 4;
   const Eigen::Vector3d step = sample.displacement - from.sample.displacement;
   const auto work = [&](const Sample& at, double sign) {
@@ -222,10 +222,9 @@ bool SiteSampler::is_on_branch_from_rest(const Anchor& from, const Sample& sampl
   return std::abs(from_rest.energy - sample.energy) <= kEnergyTolerance * size;
 }
 
-// Differentiates the equilibrium of the free dofs, P(u(d)) = f_ext. First order: K u_i = 0, u_i = du/dd_i.
-// Second order:
+// Differentiates the equilibrium of the free dofs, P(u(d)) = f_ext, u_i = du/dd_i: K u_i = 0, and
 //   K u_ij = -P''[u_i, u_j],   u_ij = 0 at held dofs,
-// six more back-solves. Free dofs do no work, so the energy's third derivatives need only u_i: E_ijk =
+// six more back-solves. As K u_i = 0 at free dofs, the third derivatives of the energy need only u_i: E_ijk =
 // P''[u_i, u_j] . u_k. P'' comes from second differences Q(v) = (P(u + e v) - 2 P(u) + P(u - e v)) / e^2:
 //   2 P''[v, w] = Q(v + w) - Q(v) - Q(w).
 bool SiteSampler::read_derivatives(Anchor& anchor, Eigen::MatrixXd& packed_curvature) {
@@ -269,7 +268,7 @@ std::optional<TaylorCoefficients> SiteSampler::coefficients_at_rest(const Eigen:
   series.axes = axes;
   series.field.resize(static_cast<Eigen::Index>(packed_dofs_.size()), pack::num_monomials(2, kSeriesDegree));
   series.energy.resize(pack::num_monomials(3, kSeriesDegree + 1));
-  const PushOutcome outcome = recall_or(
+  const PushOutcome outcome = load_or_compute(
       [&] {
         if (rest_anchor_) solver_->forget_factor();
         const Anchor& from = rest();
@@ -293,7 +292,7 @@ bool SiteSampler::solve_from_rest(const Eigen::Vector3d& displacement, int incre
   sample = {};
   Sample solved;
   solved.field.resize(static_cast<Eigen::Index>(packed_dofs_.size()));
-  const PushOutcome outcome = recall_or(
+  const PushOutcome outcome = load_or_compute(
       [&] {
         Eigen::VectorXd u;
         if (!compute_from_rest(displacement, increments, u)) return PushOutcome::no_equilibrium;

@@ -101,10 +101,10 @@ void read_models(const SceneTable& models, Scene& scene) {
   scene.compliance = kForms[models.choice("compliance", {"auto", "dense", "compressed"}).value_or(0)];
   scene.zone = models.boolean_or_auto("zone");
   scene.zone_rings = models.integer("zone_rings", 1, static_cast<int>(pack::kMostZoneRings)).value_or(0);
-  const bool is_asked_for = scene.zone.value_or(false);
-  if (models.has("zone_rings") && !is_asked_for)
+  const bool is_zone_required = scene.zone.value_or(false);
+  if (models.has("zone_rings") && !is_zone_required)
     models.fail("zone_rings", "models.zone_rings is for models.zone = true; add it");
-  if (!scene.linear && !scene.polynomial && !is_asked_for) {
+  if (!scene.linear && !scene.polynomial && !is_zone_required) {
     models.fail("linear",
                 "models.linear and models.polynomial are both false: nothing is left to answer with; "
                 "carry one of them, or write models.zone = true");
@@ -121,7 +121,7 @@ void read_precision(const SceneTable& output, Scene& scene) {
   scene.precision = kPrecisions[output.choice("precision", {"auto", kReal, "i16"}).value_or(0)];
 }
 
-// Finds the scene's node set: exact spelling of the model file, upper or lower case.
+// Finds a node set of the model by its exact name, else by its normalised name.
 const std::vector<int>& node_set(const SceneTable& table, std::string_view key, const std::string& name,
                                  const Model& model) {
   if (name.empty()) table.fail(key, table.path(key) + " is empty; name a node set of " + model.file);
@@ -140,7 +140,7 @@ const std::vector<int>& node_set(const SceneTable& table, std::string_view key, 
   return found->second;
 }
 
-// The scene's view of the model.
+// A model, with its surface and its fixed nodes marked.
 struct Body {
   const Model& model;
   Surface surface;
@@ -191,15 +191,15 @@ std::vector<int> read_sites(const SceneTable& contact, const Body& body) {
               ? node_set(contact, "sites", contact.string("sites").value_or(""), body.model)
               : labelled_nodes(contact, body.model);
   for (const int node : sites) {
-    const std::string shown =
+    const std::string subject =
         "contact.sites: node " + std::to_string(body.model.labels[static_cast<std::size_t>(node)]);
     if (!body.is_on_surface(node)) {
-      contact.fail("sites", shown + " is not on the surface, where no tool reaches it; take it out");
+      contact.fail("sites", subject + " is not on the surface, where no tool reaches it; take it out");
     }
     if (body.is_fixed(node)) {
       contact.fail(
           "sites",
-          shown + " is fixed by *BOUNDARY along an axis at least, so no tool can move it; take it out");
+          subject + " is fixed by *BOUNDARY along an axis at least, so no tool can move it; take it out");
     }
   }
   return sites;
@@ -259,10 +259,10 @@ Model read_model(const SceneTable& top, const std::filesystem::path& include_roo
 }  // namespace
 
 bool rounds_fields(const Scene& scene) {
-  constexpr double kFrom = 5e-4;
+  constexpr double kLeastTarget = 5e-4;
   return scene.precision == FieldPrecision::rounded ||
          (scene.precision == FieldPrecision::automatic && sizeof(pack::Real) == sizeof(float) &&
-          scene.accuracy_target >= kFrom);
+          scene.accuracy_target >= kLeastTarget);
 }
 
 LoadedScene read_scene(const std::filesystem::path& file, const std::filesystem::path& include_root) {

@@ -13,17 +13,16 @@ namespace palpate {
 
 enum class Directions { all, inward };
 
-// Storage of linear_dd's compliance; automatic: dense where small enough.
+// Storage of the compliance of linear_dd; automatic: dense where small enough.
 enum class ComplianceForm { automatic, dense, compressed };
 
-// Storage of the fields of polynomial_dd and nonlinear_zone; automatic: rounded where the target permits.
+// Storage of the fields of polynomial_dd; rounded: int16; automatic: rounded where the target permits.
 enum class FieldPrecision { automatic, real, rounded };
 
 // Sampling and fit of polynomial_dd; paper_grid and paper_ray follow the paper (paper_quadratic.hpp).
 enum class PolynomialMethod { hermite, paper_grid, paper_ray };
 
-// The sites with solves. fewest: only where derivatives at rest miss the target. automatic: fewest for a
-// whole surface, otherwise all.
+// Sites with nonlinear solves. fewest: where derivatives at rest miss the target; automatic for many sites.
 enum class SampledSites { automatic, all, fewest };
 
 struct Scene {
@@ -56,8 +55,8 @@ struct Scene {
   int zone_rings = 0;        // 0: chosen by the budget
 };
 
-// Whether a pack stores nonlinear fields as int16. The rounding error must stay small beside the target; it
-// grows with the domain's aspect ratio and the number of contacts.
+// Whether a pack stores the fields of polynomial_dd as int16. The rounding error, which grows with the aspect
+// ratio of the domain, must stay small beside the target.
 bool rounds_fields(const Scene& scene);
 
 // A scene and its model, checked against each other.
@@ -67,8 +66,7 @@ struct LoadedScene {
 };
 
 // Reads SCENE.toml (docs/scene_file.md) and its model. Throws InputError with file and line for unknown keys,
-// wrong types, missing sets, and sites on fixed nodes or off the surface.
-// `include_root`: as in read_inp().
+// wrong types, missing sets, and sites on fixed nodes or off the surface. `include_root`: as in read_inp().
 LoadedScene read_scene(const std::filesystem::path& file, const std::filesystem::path& include_root = {});
 
 }  // namespace palpate

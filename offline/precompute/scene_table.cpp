@@ -40,8 +40,8 @@ std::optional<double> as_finite(const toml::node& node) {
   return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
-// Line and depth where a file nests tables, arrays or dotted keys deeper than any scene does; line 0: nowhere. The parser
-// and its tables are recursive: they must not see a file that nests without bound.
+// Returns the line where a file nests tables, arrays or dotted keys deeper than kDeepest; 0: nowhere. The
+// parser is recursive: unbounded nesting would exhaust the stack.
 int too_deep_line(const std::string& text) {
   constexpr int kDeepest = 16;
   int line = 1;

@@ -1,4 +1,4 @@
-// Typed access to a table of a TOML file; every complaint has file and line.
+// Typed access to a table of a TOML file; every error message has file and line.
 #pragma once
 
 #include <toml++/toml.h>
@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// Throws InputError when the file cannot be read or is not TOML.
+// Reads a file. Throws InputError when the file cannot be read or is not TOML.
 toml::table parse_toml(const std::string& file);
 
 // A table of the file; `name` is "" for the top level.
@@ -21,7 +21,7 @@ class SceneTable {
   SceneTable(const toml::table& table, std::string name, std::string file)
       : table_(&table), name_(std::move(name)), file_(std::move(file)) {}
 
-  // Refuses all other keys.
+  // Throws InputError at the first key that is not in `known`.
   void allow(std::initializer_list<std::string_view> known) const;
 
   bool has(std::string_view key) const { return table_->contains(key); }
@@ -29,7 +29,7 @@ class SceneTable {
   // Returns the table under `key`, or an empty table.
   SceneTable table(std::string_view key) const;
 
-  // Return values; nullopt where the key is absent. Throw InputError for a wrong type or range.
+  // These functions return nullopt where the key is absent, and throw InputError for a wrong type or range.
   std::optional<std::string> string(std::string_view key) const;
   std::optional<double> number_above_zero(std::string_view key) const;
   std::optional<double> number_from_zero(std::string_view key) const;
@@ -39,12 +39,12 @@ class SceneTable {
   std::optional<std::vector<int>> integers(std::string_view key, const char* expected) const;
   std::optional<std::array<double, 3>> vector(std::string_view key) const;
 
-  // Returns the string's index in `choices`; InputError lists the choices.
+  // Returns the index of the string in `choices`. The message of InputError lists the choices.
   std::optional<std::size_t> choice(std::string_view key, const std::vector<std::string>& choices) const;
 
   bool is_string(std::string_view key) const;
 
-  // "contact.sites".
+  // Returns the key with the table's name: "contact.sites".
   std::string path(std::string_view key) const;
 
   // Throws InputError "file:line: message" at the line of `key`, or of the table where the key is absent.

@@ -25,7 +25,7 @@ SetKindErrors errors_of(SetKind kind, const std::vector<SetAnswer>& answers) {
   return errors;
 }
 
-// Bounds of error / size over unflagged responses.
+// Returns bounds of error / size over unflagged responses.
 SetBounds bounds_over(double SetAnswer::*size, const std::vector<SetAnswer>& answers) {
   // Errors of smaller sets are mostly rounding.
   constexpr double kLeastSize = 0.05;
@@ -33,9 +33,9 @@ SetBounds bounds_over(double SetAnswer::*size, const std::vector<SetAnswer>& ans
   std::vector<double> force;
   for (const SetAnswer& answer : answers) {
     if (answer.is_flagged) continue;
-    const double over = std::max(answer.*size, kLeastSize);
-    displacement.push_back(answer.displacement_error / over);
-    force.push_back(answer.force_error / over);
+    const double divisor = std::max(answer.*size, kLeastSize);
+    displacement.push_back(answer.displacement_error / divisor);
+    force.push_back(answer.force_error / divisor);
   }
   if (displacement.empty()) return {};
   return {covering_bound(std::move(displacement)), covering_bound(std::move(force))};

@@ -1,4 +1,4 @@
-// Summarises the errors at sets of several contacts, by kind of set.
+// Statistics of the errors at sets of several contacts, by kind of set.
 #pragma once
 
 #include <vector>
@@ -15,10 +15,11 @@ struct SetAnswer {
   bool is_flagged = false;        // the response carries a warning flag
   double displacement_error = 1;  // as SetErrors in schemas/pack.fbs; 1 without an equilibrium
   double force_error = 1;
-  double load = 1;  // size of the set as defined by the runtime (ErrorSurvey in schemas/pack.fbs)
+  // Two sizes of the set (ErrorSurvey in schemas/pack.fbs): `load` by the net forces, `reach` by |d|.
+  double load = 1;
   double reach = 1;
 
-  // Whether its errors count: an unsolved push counts as an error, unless the response has a flag.
+  // Whether the errors enter the statistics: an unsolved set has errors of 1, unless the response has a flag.
   bool counts() const { return is_solved || !is_flagged; }
 };
 
@@ -39,12 +40,13 @@ struct SetBounds {
 
 struct SetSurvey {
   std::vector<SetKindErrors> kinds;  // kinds with at least one set
-  // Data of the runtime's estimate. Opposed neighbours show in loads; the exterior of far-moving contacts
-  // shows in reaches alone.
+  // Bounds of error / load and error / reach, for the runtime's estimate. Opposed neighbours have a large
+  // load. Contacts that move far strain the exterior and have a large reach.
   SetBounds over_load;
   SetBounds over_reach;
 };
 
+// Groups the responses by kind and bounds their errors.
 SetSurvey tabulate_sets(const std::vector<SetAnswer>& answers);
 
 }  // namespace palpate

@@ -24,16 +24,18 @@ SurveySample solve_push(SiteSampler& sampler, const Push& push) {
   return sample;
 }
 
-void take(SampledDomain& domain, const Eigen::Vector3d& x) {
+// Samples x. Each failed push cuts the domain and thereby shortens the next push.
+void sample_with_cuts(SampledDomain& domain, const Eigen::Vector3d& x) {
   while (!domain.sample(x)) {
   }
 }
 
-// Takes a site's samples in sequence, at points common to all sites.
+// Takes the samples of a site at points x that are common to all sites, in sequence.
 class SampleSequence {
  public:
   SampleSequence(SampledDomain& domain, SamplePoints& points) : domain_(domain), points_(points) {}
 
+  // Solves until the domain counts `num_solves` pushes, failed pushes included.
   void sample_to(size_t num_solves) {
     while (domain_.num_solves() < num_solves) next_ += domain_.sample(points_[next_]);
   }
@@ -44,18 +46,17 @@ class SampleSequence {
   size_t next_ = 0;
 };
 
-// For a hard site: returns the best of all degrees, even where a usual degree keeps the target.
+// Returns the best of all degrees, even where a degree of at most 7 keeps the target.
 DegreeChoice choose_any_degree(const SiteSamples& samples) {
   return raise_degree(samples, choose_degree(samples));
 }
 
-// Spends the remaining solves of a site that misses its target with usual degrees. Cuts the domain where
-// polynomials do not follow:
-//   1. before crushed samples, if no higher degree keeps the target,
+// Spends the remaining solves of a hard site. Cuts the domain where polynomials do not fit:
+//   1. before crushed samples, if no degree keeps the target,
 //   2. before test samples far from the fit, taken where fits of two degrees differ most.
 DegreeChoice sample_hard_site(SampledDomain& domain, const SamplingPlan& plan, SampleSequence& sequence,
                               const SiteSamples& samples) {
-  constexpr size_t kTrials = 8;  // two thirds and eight are design choices
+  constexpr size_t kTrials = 8;  // test samples, a design choice
   if (!choose_any_degree(samples).keeps(plan.target)) domain.leave_crushed();
   const bool is_tried = plan.most_samples >= domain.num_solves() + kTrials;
   sequence.sample_to(plan.most_samples - (is_tried ? kTrials : 0));
@@ -66,9 +67,8 @@ DegreeChoice sample_hard_site(SampledDomain& domain, const SamplingPlan& plan, S
   return choose_any_degree(samples);
 }
 
-// Samples a site until its fit keeps the target. A site that misses it after two thirds of its solves is
-// hard. Before that, a fit counts only with at least the minimum of samples in the domain: a cut domain may
-// hold too few for a reliable error.
+// Samples a site until its fit keeps the target. A site that misses the target after two thirds of its solves
+// is hard. Earlier fits need `least_samples` in the domain: fewer samples give no reliable error.
 SitePolynomial fit_to_target(SampledDomain& domain, const SamplingPlan& plan, SamplePoints& points,
                              const SiteSamples& samples, SiteResult& result) {
   const size_t two_thirds = std::max(plan.least_samples, (2 * plan.most_samples + 2) / 3);
@@ -89,8 +89,7 @@ SitePolynomial fit_to_target(SampledDomain& domain, const SamplingPlan& plan, Sa
   return fit_polynomial(samples, choice.degree);
 }
 
-// Uses affine_site where derivatives at rest keep the target at the least certain test solves. Otherwise
-// these solves start a fit.
+// Returns the Taylor series (affine_site) where two test solves keep the target, else fits to samples.
 SitePolynomial fit_where_needed(SiteSampler& sampler, SampledDomain& domain, const ContactSites& sites,
                                 const ContactSite& site, const SamplingPlan& plan, SamplePoints& points,
                                 const SiteSamples& samples, SiteResult& result) {
@@ -99,7 +98,7 @@ SitePolynomial fit_where_needed(SiteSampler& sampler, SampledDomain& domain, con
   domain.sample_rest();
   if (!series) return fit_to_target(domain, plan, points, samples, result);
   SitePolynomial unsampled = unsampled_polynomial(samples.linear, *series, samples.to_unit, samples.half);
-  for (const Eigen::Vector3d& x : least_certain_points(unsampled, samples.half)) take(domain, x);
+  for (const Eigen::Vector3d& x : least_certain_points(unsampled, samples.half)) sample_with_cuts(domain, x);
   const double floor = force_floor(samples);
   SampleErrors largest = {0, 0};
   for (size_t i = 1; i < samples.samples.size(); ++i) {
@@ -120,13 +119,13 @@ SitePolynomial fit_as_paper(SampledDomain& domain, const Scene& scene, const Eig
       scene.polynomial_method == PolynomialMethod::paper_grid
           ? grid_points(samples.half)
           : ray_points(scene.max_displacement * samples.to_unit * inward);
-  for (const Eigen::Vector3d& x : points) take(domain, x);
+  for (const Eigen::Vector3d& x : points) sample_with_cuts(domain, x);
   result.samples = domain.num_solves();
   return fit_paper_quadratic(samples);
 }
 
-// The site's label seeds its survey, so that new sites do not change other surveys, except for the quarters
-// that few pushes leave to the next sites.
+// Draws the survey points of a site. The label is the seed: new sites do not change the directions at other
+// sites. The index shifts the turns of the quarters: sites with few pushes together cover all quarters.
 std::vector<Eigen::Vector3d> survey_points(const Scene& scene, const SamplingPlan& plan, size_t index,
                                            int label, int count) {
   return choose_survey_points(count, scene.directions == Directions::inward,
@@ -172,7 +171,7 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
     result.min_jacobian = domain.min_jacobian();
     result.polynomial = reduce_basis(fit, samples.half, kBasisPart * plan.target, plan.rounded);
   }
-  // Few sampled sites: each gets pushes in each quarter of the range.
+  // Sampled sites are few with `fewest`: each then gets a push in each quarter of the range.
   const int survey_samples =
       plan.fewest && result.samples > 0 ? std::max(4, plan.survey_samples) : plan.survey_samples;
   survey_site(sampler, index, survey_points(scene, plan, index, label, survey_samples), samples.to_unit,
@@ -181,7 +180,7 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
   return result;
 }
 
-// Applies SamplingPlan::least_survey where few sites needed samples.
+// Adds survey pushes at the sampled sites up to a total of SamplingPlan::least_survey.
 void survey_further(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                     const SamplingPlan& plan, const RestState& rest, const SampleStore* store,
                     std::vector<SiteResult>& results) {
@@ -241,7 +240,7 @@ std::vector<size_t> spread_sites(const Model& model, const ContactSites& sites, 
     chosen.push_back(next);
     for (size_t site = 0; site < distances.size(); ++site)
       distances[site] = std::min(distances[site], (position(site) - position(next)).squaredNorm());
-    distances[next] = -1;  // marks also other sites at the same place
+    distances[next] = -1;  // chosen; 0 is an unchosen site at the same place
     next = static_cast<size_t>(std::max_element(distances.begin(), distances.end()) - distances.begin());
   }
   std::sort(chosen.begin(), chosen.end());
@@ -267,11 +266,12 @@ std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scen
   std::vector<SiteResult> results(sites.sites.size());
   const size_t num_surveyed =
       plan.survey_sites > 0 ? static_cast<size_t>(plan.survey_sites) : sites.sites.size();
-  const std::vector<size_t> worked = spread_sites(assembly.model(), sites, num_surveyed);
+  const std::vector<size_t> surveyed = spread_sites(assembly.model(), sites, num_surveyed);
   for_each_on_threads(
-      assembly, worked.size(), plan.jobs,
+      assembly, surveyed.size(), plan.jobs,
       [&](StaticSolver& solver, size_t i) {
-        results[worked[i]] = sample_site(solver, scene, sites, worked[i], linear, plan, points, rest, store);
+        results[surveyed[i]] =
+            sample_site(solver, scene, sites, surveyed[i], linear, plan, points, rest, store);
       },
       progress, next);
   const bool has_all = !next;

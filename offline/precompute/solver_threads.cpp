@@ -13,13 +13,13 @@ namespace palpate {
 
 void for_each_on_threads(size_t count, int jobs, const std::function<void(size_t, size_t)>& work,
                          const std::function<void(int, int)>& progress, const std::function<size_t()>& next) {
-  std::atomic<size_t> own_next = 0;
+  std::atomic<size_t> counter = 0;
   std::atomic<bool> has_failed = false;
-  const auto take = [&] { return has_failed ? count : next ? next() : own_next++; };
+  const auto take = [&] { return has_failed ? count : next ? next() : counter++; };
   std::mutex report;
   int done = 0;
   std::exception_ptr failure;
-  size_t failed = count;
+  size_t failed_index = count;
   const auto run = [&](size_t worker) {
     for (size_t i = take(); i < count; i = take()) {
       try {
@@ -29,8 +29,8 @@ void for_each_on_threads(size_t count, int jobs, const std::function<void(size_t
         if (progress) progress(done, static_cast<int>(count));
       } catch (...) {
         const std::lock_guard lock(report);
-        if (i < failed) {
-          failed = i;
+        if (i < failed_index) {
+          failed_index = i;
           failure = std::current_exception();
         }
         has_failed = true;
@@ -44,7 +44,7 @@ void for_each_on_threads(size_t count, int jobs, const std::function<void(size_t
       for (int i = 1; i < std::min(jobs, static_cast<int>(count)); ++i)
         threads.emplace_back(run, static_cast<size_t>(i));
     } catch (const std::system_error&) {
-      // The system gives no more threads: the existing threads do all work.
+      // The system refuses more threads: the existing threads do all work.
     }
     run(0);
   }

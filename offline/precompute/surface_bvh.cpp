@@ -20,11 +20,10 @@ std::size_t at(int index) {
 
 // ---- Primitives
 
-// Sites at the corners of each touchable triangle, then each site alone; and the triangle's surface index, -1
-// for a single site.
+// Triangles with sites at all corners, then single sites without such a triangle.
 struct Primitives {
-  std::vector<std::array<std::uint32_t, 3>> corners;
-  std::vector<int> surface_triangle;
+  std::vector<std::array<std::uint32_t, 3>> corners;  // sites; a single site is all three corners
+  std::vector<int> surface_triangle;                  // in Surface::triangles; -1: a single site
 };
 
 Primitives find_primitives(const Model& model, const Surface& surface, const ContactSites& sites) {
@@ -52,11 +51,10 @@ Primitives find_primitives(const Model& model, const Surface& surface, const Con
 
 // ---- Normals
 
-// A shorter sum of unit normals has no direction: its faces are opposed.
+// A sum of unit normals below this length has no direction: the faces are opposed.
 constexpr double kNoDirection = 1e-9;
 
-// Normalises `sum`; falls back to `otherwise`, then to the z axis. On a surface folded onto itself the sign
-// is meaningless.
+// Normalises `sum`; falls back to `otherwise`, then to the z axis, as on a surface folded onto itself.
 Vector3d direction(const Vector3d& sum, const Vector3d& otherwise) {
   if (sum.norm() > kNoDirection) return sum.normalized();
   if (otherwise.norm() > kNoDirection) return otherwise.normalized();
@@ -67,8 +65,8 @@ PackedNormal packed(const Vector3d& normal) {
   return {static_cast<float>(normal[0]), static_cast<float>(normal[1]), static_cast<float>(normal[2])};
 }
 
-// Baerentzen and Aanaes 2005: the pseudonormal of an edge is the mean of its faces' normals. The pseudonormal
-// of a vertex is the sum weighted by the faces' angles.
+// Baerentzen and Aanaes 2005: the pseudonormal of an edge is the mean of the normals of its faces. The
+// pseudonormal of a vertex is the sum of the normals weighted by the angles of the faces.
 class Pseudonormals {
  public:
   Pseudonormals(const Model& model, const Surface& surface)
@@ -97,7 +95,7 @@ class Pseudonormals {
     return direction(faces_[t], of_node(a) + of_node(b) + of_node(c));
   }
 
-  // The edge opposite corner k.
+  // Returns the pseudonormal of the edge opposite corner k of triangle t.
   Vector3d of_edge(std::size_t t, std::size_t k) const {
     const auto [from, to, self] = edge(t, k);
     Vector3d sum = Vector3d::Zero();
@@ -110,7 +108,7 @@ class Pseudonormals {
   }
 
  private:
-  using Edge = std::tuple<int, int, std::size_t>;  // its nodes, the smaller first; a triangle at the edge
+  using Edge = std::tuple<int, int, std::size_t>;  // two nodes, the smaller first; a triangle at the edge
 
   Edge edge(std::size_t t, std::size_t k) const {
     const auto [from, to] = std::minmax(triangles_[t][(k + 1) % 3], triangles_[t][(k + 2) % 3]);
@@ -120,17 +118,17 @@ class Pseudonormals {
   const std::vector<std::array<int, 3>>& triangles_;
   std::vector<Vector3d> faces_;  // unit; zero without an area
   std::vector<Vector3d> area_weighted_;
-  std::vector<Vector3d> at_nodes_;  // sums
+  std::vector<Vector3d> at_nodes_;  // sums weighted by angles
   std::vector<Edge> edges_;         // sorted: triangles of an edge are adjacent
 };
 
 // ---- Tree
 
-// Leaf size with the fastest searches.
+// Primitives of a leaf: the size with the fastest searches.
 constexpr std::size_t kLeafPrimitives = 2;
 static_assert(kLeafPrimitives <= pack::kMostLeafPrimitives);
 
-// Rounds to the next float32 below and above.
+// These functions round to the next float32 below and above: a box contains its primitives.
 float rounded_down(double value) {
   const auto nearest = static_cast<float>(value);
   return static_cast<double>(nearest) > value
@@ -157,7 +155,7 @@ class TreeBuilder {
   std::vector<pack::BvhNode> take_nodes() { return std::move(nodes_); }
 
  private:
-  // Whether halving reduces `count` primitives to leaves within the depth limit.
+  // Whether repeated halving reduces `count` primitives at `depth` to leaves within the depth limit.
   static bool fits(std::size_t count, std::uint32_t depth) {
     const std::size_t leaves = (count + kLeafPrimitives - 1) / kLeafPrimitives;
     return depth + static_cast<std::uint32_t>(std::bit_width(leaves - 1)) <= pack::kMostBvhDepth;
@@ -172,11 +170,11 @@ class TreeBuilder {
               });
   }
 
-  // Sorts [begin, end) and returns the start of the right half: the split with the least area times
-  // primitives whose halves both fit. The middle always fits.
+  // Sorts [begin, end) and returns the start of the right part. Among the splits whose parts both fit, the
+  // choice has the least sum of area times primitives. The split in the middle always fits.
   std::size_t split(std::size_t begin, std::size_t end, std::uint32_t depth) {
     const std::size_t count = end - begin;
-    // cost, then imbalance: collinear sites have zero costs
+    // Compare costs, then imbalance: collinear sites have zero costs.
     std::pair<double, std::size_t> least = {std::numeric_limits<double>::infinity(), count};
     std::size_t best = begin + count / 2;
     int best_axis = 0;

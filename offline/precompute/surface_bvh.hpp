@@ -1,8 +1,8 @@
 // surface_bvh: the touchable surface as a tree of boxes, with the normals for signed distances.
 //
 // Sources: MacDonald and Booth 1990 (surface area heuristic); Baerentzen and Aanaes 2005 (angle-weighted
-// pseudonormals: the offset from the nearest surface point along the pseudonormal of its face, edge or vertex
-// has the sign of the distance).
+// pseudonormals). Signed distance: a point is outside where its offset from the nearest surface point has a
+// positive product with the pseudonormal of the nearest face, edge or vertex.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace palpate {
 
 using PackedNormal = std::array<float, 3>;  // unit, outward
 
-// As SurfaceBvh in schemas/pack.fbs.
+// The arrays of SurfaceBvh in schemas/pack.fbs.
 struct SurfaceBvh {
   std::vector<std::array<std::uint32_t, 3>> primitives;  // sites at the corners, in the order of the leaves
   std::vector<pack::BvhNode> nodes;                      // depth-first
@@ -24,8 +24,8 @@ struct SurfaceBvh {
   std::vector<PackedNormal> site_normals;
 };
 
-// `surface` is the model's whole surface and gives the normals; triangles with sites give the primitives.
-// Equal input gives equal bits. Cost: O(n log^2 n) for n primitives.
+// Builds the tree. `surface`: the whole surface of the model, for the normals; triangles with sites at all
+// corners become primitives. Equal input gives equal bits. Cost: O(n log^2 n) for n primitives.
 SurfaceBvh build_surface_bvh(const Model& model, const Surface& surface, const ContactSites& sites);
 
 }  // namespace palpate

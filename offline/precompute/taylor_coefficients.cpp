@@ -19,7 +19,7 @@ bool compute_taylor_coefficients(StaticSolver& solver, const LoadCase& load, con
   series.field.resize(static_cast<Eigen::Index>(packed_dofs.size()), pack::num_monomials(2, kSeriesDegree));
   series.energy.resize(pack::num_monomials(3, kSeriesDegree + 1));
   std::vector<Eigen::MatrixXd> path = {tangent * (axes * directions)};
-  std::vector<Eigen::MatrixXd> orders = {assembly.tangent_times(at_rest, path.front())};  // orders of P
+  std::vector<Eigen::MatrixXd> orders = {assembly.tangent_times(at_rest, path.front())};  // of P: K a_1, ...
   const Eigen::MatrixXd held = Eigen::MatrixXd::Zero(at_rest.size(), num_directions);
   for (int order = 2; order <= kSeriesDegree; ++order) {
     const std::optional<Eigen::MatrixXd> found =

@@ -29,8 +29,7 @@ std::optional<Eigen::MatrixXd> internal_force_of_order(const Assembly& assembly,
                                                        const Eigen::VectorXd& at_rest,
                                                        const std::vector<Eigen::MatrixXd>& path,
                                                        const std::vector<Eigen::MatrixXd>& lower, int order) {
-  // Step t by order. Higher orders need longer steps: rounding counts with t^-order, errors of lower orders
-  // with t^2 and one or two powers less.
+  // Steps t for the orders 2, 3, 4, 5 and above: rounding grows with t^-order.
   constexpr double kSteps[] = {0.005, 0.01, 0.03, 0.04};
   const double step = kSteps[std::min(order, 5) - 2];
   const double sign = order % 2 == 0 ? 1 : -1;

@@ -21,17 +21,17 @@ std::string cells(const std::optional<TimeSummary>& time) {
                      time->max, time->lowest, time->highest);
 }
 
-// Joins the component of each contact, in the order of the sites.
-std::string along(const PushRow& row, size_t axis) {
+// Joins the displacement component along `axis` of each contact by ";", in the order of the sites.
+std::string components_along(const PushRow& row, size_t axis) {
   std::string text;
   for (const std::array<double, 3>& displacement : row.displacements)
     text += fmt::format("{}{:.9g}", text.empty() ? "" : ";", displacement[axis]);
   return text;
 }
 
-std::string headings(const std::string& of, std::initializer_list<const char*> names) {
+std::string headings(const std::string& quantity, std::initializer_list<const char*> names) {
   std::string line;
-  for (const char* name : names) line += fmt::format(",{}_{}", of, name);
+  for (const char* name : names) line += fmt::format(",{}_{}", quantity, name);
   return line;
 }
 
@@ -46,10 +46,11 @@ std::string pushes_csv(const OrganReport& organ) {
     text += fmt::format(
         "{},{},\"{}\",{},{},{},{},{},{:.9g},{:.9g},{:.9g},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:."
         "9g},{},{}\n",
-        row.set, row.push, row.name, row.contacts, row.sites, along(row, 0), along(row, 1), along(row, 2),
-        row.size, row.size / organ.mean_edge, row.part, cell(row.strain), row.solved ? 1 : 0,
-        row.displacement_error, row.force_error, row.force_error_unfloored, row.displacement_off,
-        row.force_off, cell(row.displacement_estimate), cell(row.force_estimate));
+        row.set, row.push, row.name, row.contacts, row.sites, components_along(row, 0),
+        components_along(row, 1), components_along(row, 2), row.size, row.size / organ.mean_edge, row.part,
+        cell(row.strain), row.solved ? 1 : 0, row.displacement_error, row.force_error,
+        row.force_error_unfloored, row.displacement_off, row.force_off, cell(row.displacement_estimate),
+        cell(row.force_estimate));
   }
   return text;
 }

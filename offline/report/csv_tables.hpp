@@ -7,10 +7,10 @@
 
 namespace palpate {
 
-// A row for each push and method; equal pack and seed give equal text.
+// Returns a row for each push and method. Equal pack and seed give equal text.
 std::string pushes_csv(const OrganReport& organ);
 
-// A row for each method and |d|: errors, and measured times.
+// Returns a row for each method and |d|: errors, and measured times.
 std::string methods_csv(const OrganReport& organ);
 
 }  // namespace palpate

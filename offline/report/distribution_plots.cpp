@@ -16,15 +16,15 @@ namespace {
 struct Model {
   std::string name;
   MethodKind kind;
-  int of_kind;  // index among the models of its kind
+  int index_in_kind;  // among the models of the same kind, zones by rising rings
   std::vector<const PushRow*> pushes;
 };
 
-// Collects the pack's models with their pushes that satisfy `counts`.
-std::vector<Model> models_of(const OrganReport& organ, const std::function<bool(const PushRow&)>& counts) {
+// Collects the pack's models with their pushes that satisfy `is_shown`.
+std::vector<Model> models_of(const OrganReport& organ, const std::function<bool(const PushRow&)>& is_shown) {
   std::vector<Model> models;
   for (const PushRow& push : organ.pushes) {
-    if (!counts(push)) continue;
+    if (!is_shown(push)) continue;
     auto model =
         std::find_if(models.begin(), models.end(), [&](const Model& one) { return one.name == push.name; });
     if (model == models.end()) {
@@ -50,13 +50,12 @@ double p95_of(std::vector<double> values) {
   return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
-// Zones with more rings get thicker lines and larger points.
-double weight(const Model& model) {
-  return 1.6 + 0.9 * model.of_kind;
+// Returns a line width in gnuplot's unit. Zones with more rings get thicker lines.
+double line_width(const Model& model) {
+  return 1.6 + 0.9 * model.index_in_kind;
 }
 
-// Percent. Rounding of single-precision fields dominates below.
-constexpr double kLeastPercent = 1e-5;
+constexpr double kLeastPercent = 1e-5;  // smaller errors are rounding of single-precision fields
 double percent(double error) {
   return std::max(100 * error, kLeastPercent);
 }
@@ -84,7 +83,7 @@ class Panels {
   void draw(size_t panel, const std::string& plot) {
     plots_[panel] += (plots_[panel].empty() ? "plot " : ", ") + plot;
   }
-  // Clamps an error in percent to the range of the axes.
+  // Returns an error in percent, at least kLeastPercent, and extends the axes to the error.
   double shown(double error) {
     range_.add(percent(error));
     return percent(error);
@@ -92,8 +91,8 @@ class Panels {
   double low() const { return range_.low(); }
   double high() const { return range_.high(); }
 
-  // `both`: commands before both panels; `right`: before the second panel; `top`: top of the panels as a
-  // fraction of the picture, below the legend.
+  // Returns the script. `both`: commands before both panels. `right`: commands before the second panel.
+  // `top`: top of the panels, below the legend, as a fraction of the picture.
   std::string script(const std::string& both, const std::string& left_title, const std::string& right,
                      const std::string& right_title, double top = 0.76) const {
     return plot_frame() + blocks_ + both +
@@ -103,8 +102,8 @@ class Panels {
   }
 
  private:
-  static std::string title_of(const std::string& what) {
-    return fmt::format("set title '{}' offset 0,-0.5\n", what);
+  static std::string title_of(const std::string& text) {
+    return fmt::format("set title '{}' offset 0,-0.5\n", text);
   }
   std::string blocks_;
   std::string plots_[2];
@@ -135,7 +134,7 @@ std::string cumulative_plot(const OrganReport& organ) {
   for (const Model& model : models_of(organ, is_random)) {
     const MethodStyle& style = style_of(model.kind);
     const std::string line =
-        fmt::format("lw {:.1f} lc rgb '{}' dt {}", weight(model), style.colour, style.dash);
+        fmt::format("lw {:.1f} lc rgb '{}' dt {}", line_width(model), style.colour, style.dash);
     panels.draw(0, steps(model, &PushRow::displacement_error) + line + " title " +
                        quoted(short_name(model.kind, model.name)));
     panels.draw(1, steps(model, &PushRow::force_error) + line);
@@ -159,11 +158,11 @@ std::string error_over_push_plot(const OrganReport& organ) {
   Panels panels;
   for (const Model& model : models_of(organ, is_random)) {
     const MethodStyle& style = style_of(model.kind);
-    for (size_t what = 0; what < 2; ++what) {
+    for (size_t panel = 0; panel < 2; ++panel) {
       std::vector<std::string> dots;
       std::vector<double> by_quarter[kQuarters];
       for (const PushRow* push : model.pushes) {
-        const double error = panels.shown(push->*kErrors[what]);
+        const double error = panels.shown(push->*kErrors[panel]);
         dots.push_back(fmt::format("{:g} {:g}", push->size / organ.mean_edge, error));
         const int quarter =
             std::clamp(static_cast<int>(std::ceil(kQuarters * push->part)) - 1, 0, kQuarters - 1);
@@ -175,13 +174,13 @@ std::string error_over_push_plot(const OrganReport& organ) {
         bars.push_back(fmt::format("{:g} {:g} {:g}", (quarter + 0.5) / kQuarters * reach,
                                    p95_of(by_quarter[quarter]), 0.46 / kQuarters * reach));
       }
-      panels.draw(what, panels.block(dots) + fmt::format(" using 1:2 with points pt {} ps 0.3 lc rgb '{}'",
-                                                         style.marker, style.colour));
-      panels.draw(what,
+      panels.draw(panel, panels.block(dots) + fmt::format(" using 1:2 with points pt {} ps 0.3 lc rgb '{}'",
+                                                          style.marker, style.colour));
+      panels.draw(panel,
                   panels.block(bars) +
                       fmt::format(" using 1:2:3 with xerrorbars pt {} ps {} lw {:.1f} lc rgb '{}' title {}",
-                                  style.marker, 0.8 + 0.2 * model.of_kind, weight(model), style.colour,
-                                  quoted(short_name(model.kind, model.name))));
+                                  style.marker, 0.8 + 0.2 * model.index_in_kind, line_width(model),
+                                  style.colour, quoted(short_name(model.kind, model.name))));
     }
   }
   const std::string both =
@@ -197,34 +196,34 @@ std::string coverage_plot(const OrganReport& organ) {
   const std::vector<Model> models = models_of(
       organ, [](const PushRow& push) { return is_random(push) && push.displacement_estimate.has_value(); });
   Panels panels;
-  for (const Model& model : models) {  // for the axes, which span the diagonal
+  for (const Model& model : models) {  // extends the axes to all errors before the diagonal is drawn
     for (const PushRow* push : model.pushes) {
-      for (size_t what = 0; what < 2; ++what) {
-        panels.shown(push->*kErrors[what]);
-        panels.shown(*(push->*estimates[what]));
+      for (size_t panel = 0; panel < 2; ++panel) {
+        panels.shown(push->*kErrors[panel]);
+        panels.shown(*(push->*estimates[panel]));
       }
     }
   }
   const double low = panels.low();
   const double high = panels.high();
-  for (size_t what = 0; what < 2; ++what)
-    panels.draw(what,
+  for (size_t panel = 0; panel < 2; ++panel)
+    panels.draw(panel,
                 fmt::format("{:g} <= x && x <= {:g} ? x : NaN with lines lw 1 lc rgb '#333333'", low, high));
   for (const Model& model : models) {
     const MethodStyle& style = style_of(model.kind);
-    for (size_t what = 0; what < 2; ++what) {
+    for (size_t panel = 0; panel < 2; ++panel) {
       std::vector<std::string> dots;
       int covered = 0;
       for (const PushRow* push : model.pushes) {
-        const double error = push->*kErrors[what];
-        const double estimate = *(push->*estimates[what]);
+        const double error = push->*kErrors[panel];
+        const double estimate = *(push->*estimates[panel]);
         covered += error <= estimate ? 1 : 0;
         dots.push_back(fmt::format("{:g} {:g}", panels.shown(estimate), panels.shown(error)));
       }
-      panels.draw(what,
+      panels.draw(panel,
                   panels.block(dots) +
                       fmt::format(" using 1:2 with points pt {} ps {:.2f} lc rgb '{}' title {}", style.marker,
-                                  0.45 + 0.1 * model.of_kind, style.colour,
+                                  0.45 + 0.1 * model.index_in_kind, style.colour,
                                   quoted(fmt::format("{} {:.1f} %", short_name(model.kind, model.name),
                                                      100.0 * covered / static_cast<double>(dots.size())))));
     }

@@ -1,5 +1,4 @@
-// Plots the error distributions of the pack's models. Each plot is a gnuplot script with two panels:
-// displacement and force.
+// Plots error distributions of a pack's models, as gnuplot scripts with panels of displacement and force.
 #pragma once
 
 #include <string>
@@ -8,13 +7,13 @@
 
 namespace palpate {
 
-// Fraction of the random pushes with an error below each value.
+// Plots for each error the fraction of the random pushes with no larger error.
 std::string cumulative_plot(const OrganReport& organ);
 
-// Error of each random push against |d|, and the 95th percentile of each quarter of the range.
+// Plots the error of each random push against |d|, and the 95th percentile of each quarter of the range.
 std::string error_over_push_plot(const OrganReport& organ);
 
-// The runtime's error estimate against the measured error of each push.
+// Plots the measured error of each push against the runtime's estimate.
 std::string coverage_plot(const OrganReport& organ);
 
 }  // namespace palpate

@@ -17,7 +17,7 @@ namespace {
 constexpr const char* kMissing =
     "gnuplot, which draws the plots of a report, is not there; install Debian's package gnuplot-nox";
 
-// Returns gnuplot's exit code; -1 where it cannot start. `out` and `error` are files.
+// Returns gnuplot's exit code, or -1 where gnuplot cannot start. `out` and `error` are files.
 int run_gnuplot(std::string argument, const std::string& out, const std::string& error) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);

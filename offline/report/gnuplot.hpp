@@ -9,8 +9,7 @@ namespace palpate {
 // Throws std::runtime_error with the package to install where gnuplot is absent.
 void require_gnuplot();
 
-// Writes `script` as FILE.gp and its drawing as FILE.svg, so that users can redraw a plot. Throws
-// std::runtime_error with gnuplot's first complaint.
+// Writes `script` as FILE.gp and its drawing as FILE.svg. Throws std::runtime_error with gnuplot's complaint.
 void draw_plot(const std::string& script, int width, int height, const std::filesystem::path& file);
 
 }  // namespace palpate

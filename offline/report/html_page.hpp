@@ -7,8 +7,7 @@
 
 namespace palpate {
 
-// Writes `folder`/index.html with embedded plots and pictures, and the linked CSVs. Throws std::runtime_error
-// where a file cannot be written or gnuplot fails.
+// Writes `folder`/index.html and the linked CSVs. Throws std::runtime_error where a write or gnuplot fails.
 void write_report(const Report& report, const std::filesystem::path& folder);
 
 }  // namespace palpate

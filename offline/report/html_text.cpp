@@ -47,10 +47,10 @@ std::string data_uri(const std::filesystem::path& file, const char* type) {
   constexpr char kLetters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text = std::string("data:") + type + ";base64,";
   for (size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t three = 0;
+    std::uint32_t bits = 0;  // three bytes, which base64 writes as four letters of six bits
     for (size_t k = 0; k < 3; ++k)
-      three = three << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kLetters[three >> (18 - 6 * k) & 63] : '=';
+      bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kLetters[bits >> (18 - 6 * k) & 63] : '=';
   }
   return text;
 }

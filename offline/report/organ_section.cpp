@@ -25,7 +25,7 @@ std::string us_cell(double microseconds) {
   return microseconds == 0 ? "" : fmt::format("{:.3g}", microseconds);
 }
 
-// A table for both HTML and Markdown.
+// A table that prints as HTML and as Markdown.
 class Table {
  public:
   explicit Table(std::vector<std::string> headings) : rows_{std::move(headings)} {}
@@ -65,13 +65,13 @@ Table validation_table(const OrganReport& organ) {
   return table;
 }
 
-// Newtons and millimetres where the scene states its units.
-struct SmallUnits {
-  double per_length = 1;
+// Millimetres and millinewtons where the scene states its units, else the model's units.
+struct TableUnits {
+  double per_length = 1;  // table units per length unit of the model
   double per_force = 1;
   std::string length = "length unit";
   std::string force = "force unit";
-  explicit SmallUnits(const OrganReport& organ) {
+  explicit TableUnits(const OrganReport& organ) {
     if (organ.length_unit.empty()) return;
     per_length = 1e3 * organ.metres_per_length_unit;
     per_force = 1e3 * organ.newtons_per_force_unit;
@@ -88,9 +88,9 @@ double level_near_half(const OrganReport& organ) {
   return near;
 }
 
-// `every_size`: every |d|; otherwise half and full range.
+// Lists all compared |d| with `every_size`, else the |d| near half and at full range.
 Table method_table(const OrganReport& organ, bool every_size) {
-  const SmallUnits units(organ);
+  const TableUnits units(organ);
   Table table({"method", "contacts", "|d|", "displacement error, p95 %", "max %", "max, " + units.length,
                "force error, p95 %", "max %", "unfloored, max %", "max, " + units.force, "haptic frame, µs",
                "p99.9", "cold", "visual frame, µs", "p99.9", "cold"});
@@ -113,7 +113,7 @@ Table method_table(const OrganReport& organ, bool every_size) {
   return table;
 }
 
-// Largest spread of round medians: the expected change in a second run.
+// Returns the largest ratio between the medians of two rounds: the change to expect in a second run.
 double time_spread(const OrganReport& organ) {
   double spread = 1;
   for (const MethodRow& row : organ.methods) {

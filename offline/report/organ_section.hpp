@@ -15,7 +15,7 @@ std::string write_organ_section(const OrganReport& organ, const std::filesystem:
 // Formats the same tables as Markdown, for a README.
 std::string organ_markdown(const OrganReport& organ);
 
-// Explains in a sentence for each model why the pack misses its survey; empty where it agrees.
+// Returns a sentence for each model whose new errors contradict the pack's survey; empty where all agree.
 std::string broken_promises(const OrganReport& organ);
 
 }  // namespace palpate

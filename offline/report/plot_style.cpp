@@ -55,7 +55,7 @@ std::string quoted(const std::string& text) {
 }
 
 std::string percent_axis(const std::string& axis, double from, double to) {
-  constexpr int kMostLabels = 7;
+  constexpr int kMostLabels = 7;  // from so many decades on, every second power has a label
   const int decades = static_cast<int>(std::lround(std::log10(decade_above(to) / decade_below(from))));
   const int step = decades >= kMostLabels ? 2 : 1;
   std::string tics;

@@ -24,16 +24,16 @@ std::string short_name(MethodKind kind, const std::string& name);
 // Formats a gnuplot data block "$NAME << EOD ... EOD".
 std::string data_block(const std::string& name, const std::vector<std::string>& lines);
 
-// Quotes text for a script without markup of gnuplot's enhanced mode.
+// Quotes text for a script and escapes the markup of gnuplot's enhanced mode.
 std::string quoted(const std::string& text);
 
-// Formats a logarithmic percent axis with decimals at powers of ten.
+// Returns commands for a logarithmic percent axis ("x" or "y") with labels at powers of ten.
 std::string percent_axis(const std::string& axis, double from, double to);
 
-// Grid, borders and fonts of all plots.
+// Returns commands for grid, borders and key, common to all plots.
 std::string plot_frame();
 
-// Next power of ten below, or above.
+// Return the nearest power of ten that is not above, or not below, `value`.
 double decade_below(double value);
 double decade_above(double value);
 

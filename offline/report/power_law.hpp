@@ -11,8 +11,8 @@ struct PowerLaw {
   double factor = 0;
 };
 
-// Least squares in logarithms over points (x, y) with rising x. Uses the upper half of log x, where constant
-// terms have faded, and at least the last two points. Needs two or more points, all positive.
+// Fits by least squares in logarithms to points (x, y) with rising x. Uses the upper half of log x, where
+// constant terms have faded, and at least the last two points. Needs two or more points, all positive.
 PowerLaw fit_power_law(const std::vector<std::pair<double, double>>& points);
 
 }  // namespace palpate

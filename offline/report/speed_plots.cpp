@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kKilohertz = 1000;  // microseconds
+constexpr double kHapticPeriod = 1000;  // microseconds, of a 1 kHz loop
 
 struct Point {
   const MethodRow* row;
@@ -22,24 +22,26 @@ struct Point {
   double error;  // percent
 };
 
-double time_of(const MethodRow& row, SpeedError what) {
-  return row.haptic.median + (what == SpeedError::field ? row.visual.median : 0);
+double time_of(const MethodRow& row, SpeedError quantity) {
+  return row.haptic.median + (quantity == SpeedError::field ? row.visual.median : 0);
 }
 
-double error_of(const MethodRow& row, SpeedError what) {
-  return 100 * (what == SpeedError::field ? row.displacement.p95 : row.force.p95);
+double error_of(const MethodRow& row, SpeedError quantity) {
+  return 100 * (quantity == SpeedError::field ? row.displacement.p95 : row.force.p95);
 }
 
-std::map<double, std::vector<Point>> points_by_part(const OrganReport& organ, SpeedError what, int contacts) {
+std::map<double, std::vector<Point>> points_by_part(const OrganReport& organ, SpeedError quantity,
+                                                    int contacts) {
   std::map<double, std::vector<Point>> points;
   for (const MethodRow& row : organ.methods) {
-    if (row.contacts == contacts) points[row.part].push_back({&row, time_of(row, what), error_of(row, what)});
+    if (row.contacts == contacts)
+      points[row.part].push_back({&row, time_of(row, quantity), error_of(row, quantity)});
   }
   return points;
 }
 
-// Draws an error of 0 just above the lower border.
-double drawn(double error, double lowest) {
+// Lifts small errors, such as 0, to just above the lower border `lowest`.
+double drawn_error(double error, double lowest) {
   return std::max(error, 1.5 * lowest);
 }
 
@@ -53,21 +55,21 @@ std::string copy_line(const OrganReport& organ) {
 }
 
 std::string panel(const OrganReport& organ, const std::vector<Point>& points, double part, double lowest,
-                  double first_to_left) {
+                  double last_to_right) {
   std::string script;
   std::map<MethodKind, std::vector<std::string>> markers;
   std::vector<std::string> labels;       // to the right of their points
-  std::vector<std::string> to_left;      // to the left, where the panel ends
-  std::vector<std::string> below_front;  // on the free side of the front
+  std::vector<std::string> to_left;      // to the left of points near the right end of the panel
+  std::vector<std::string> below_front;  // below the front, where no point lies
   std::vector<std::array<double, 2>> places;
   for (const Point& point : points) {
-    places.push_back({point.time, drawn(point.error, lowest)});
+    places.push_back({point.time, drawn_error(point.error, lowest)});
     const std::string place = fmt::format("{:g} {:g}", point.time, places.back()[1]);
     markers[point.row->kind].push_back(place);
-    std::vector<std::string>& of_place = point.time > first_to_left                  ? to_left
-                                         : point.row->kind == MethodKind::polynomial ? below_front
-                                                                                     : labels;
-    of_place.push_back(place + " \"" + short_name(point.row->kind, point.row->name) + "\"");
+    std::vector<std::string>& side_labels = point.time > last_to_right                  ? to_left
+                                            : point.row->kind == MethodKind::polynomial ? below_front
+                                                                                        : labels;
+    side_labels.push_back(place + " \"" + short_name(point.row->kind, point.row->name) + "\"");
   }
   std::vector<std::string> front;
   const std::vector<size_t> best = pareto_front(places);
@@ -97,14 +99,14 @@ std::string panel(const OrganReport& organ, const std::vector<Point>& points, do
   script += fmt::format(
       "set arrow from {0:g}, graph 0 to {0:g}, graph 1 nohead lc rgb '#d55e00' dt 2\n"
       "set label '1 kHz' at {0:g}, graph 0.97 right offset -0.4,0 font ',11' tc rgb '#d55e00'\n",
-      kKilohertz);
+      kHapticPeriod);
   return script + "plot " + plots + "\nunset arrow\nunset label\n";
 }
 
 std::string legend(const std::map<double, std::vector<Point>>& points) {
   std::set<MethodKind> kinds;
-  for (const auto& [part, of_part] : points) {
-    for (const Point& point : of_part) kinds.insert(point.row->kind);
+  for (const auto& [part, level_points] : points) {
+    for (const Point& point : level_points) kinds.insert(point.row->kind);
   }
   std::string plots;
   for (const MethodKind kind : kinds) {
@@ -136,14 +138,14 @@ std::vector<size_t> pareto_front(const std::vector<std::array<double, 2>>& point
   return front;
 }
 
-std::string speed_error_plot(const OrganReport& organ, SpeedError what, int contacts) {
-  const auto points = points_by_part(organ, what, contacts);
+std::string speed_error_plot(const OrganReport& organ, SpeedError quantity, int contacts) {
+  const auto points = points_by_part(organ, quantity, contacts);
   double least_error = 100;
   double most_error = 1e-3;
-  double least_time = kKilohertz;
-  double most_time = kKilohertz;
-  for (const auto& [part, of_part] : points) {
-    for (const Point& point : of_part) {
+  double least_time = kHapticPeriod;
+  double most_time = kHapticPeriod;
+  for (const auto& [part, level_points] : points) {
+    for (const Point& point : level_points) {
       if (point.error > 0) least_error = std::min(least_error, point.error);
       most_error = std::max(most_error, point.error);
       least_time = std::min(least_time, point.time);
@@ -159,32 +161,33 @@ std::string speed_error_plot(const OrganReport& organ, SpeedError what, int cont
   script += fmt::format("set logscale x\nset xrange [{:g}:{:g}]\nset xtics format '%g' 10\n", from, to);
   script += "set multiplot\n";
   size_t i = 0;
-  for (const auto& [part, of_part] : points) {
+  for (const auto& [part, level_points] : points) {
     const double left = i % 2 == 0 ? 0.085 : 0.575;
     const double bottom = i < 2 ? 0.53 : 0.09;
     script += fmt::format(
         "set lmargin at screen {:.2f}\nset rmargin at screen {:.2f}\nset bmargin at screen {:.2f}\n"
         "set tmargin at screen {:.2f}\nset xlabel {}\nset ylabel {} offset 1.8,0\n",
         left, left + 0.395, bottom, bottom + 0.34,
-        i < 2 ? "''" : quoted(what == SpeedError::field ? "haptic + visual frame, µs" : "haptic frame, µs"),
+        i < 2 ? "''"
+              : quoted(quantity == SpeedError::field ? "haptic + visual frame, µs" : "haptic frame, µs"),
         i % 2 != 0
             ? "''"
-            : quoted(what == SpeedError::field ? "displacement error, p95, %" : "force error, p95, %"));
-    script += panel(organ, of_part, part, lowest, std::pow(from, 0.28) * std::pow(to, 0.72));
+            : quoted(quantity == SpeedError::field ? "displacement error, p95, %" : "force error, p95, %"));
+    script += panel(organ, level_points, part, lowest, std::pow(from, 0.28) * std::pow(to, 0.72));
     ++i;
   }
   return script + legend(points) + "unset multiplot\n";
 }
 
-std::vector<bool> on_front(const OrganReport& organ, SpeedError what) {
-  std::map<std::pair<int, double>, std::vector<size_t>> alike;
+std::vector<bool> on_front(const OrganReport& organ, SpeedError quantity) {
+  std::map<std::pair<int, double>, std::vector<size_t>> rows_by_panel;
   for (size_t i = 0; i < organ.methods.size(); ++i)
-    alike[{organ.methods[i].contacts, organ.methods[i].part}].push_back(i);
+    rows_by_panel[{organ.methods[i].contacts, organ.methods[i].part}].push_back(i);
   std::vector<bool> is_on(organ.methods.size());
-  for (const auto& [of_what, rows] : alike) {
+  for (const auto& [panel_key, rows] : rows_by_panel) {
     std::vector<std::array<double, 2>> places;
     for (const size_t row : rows)
-      places.push_back({time_of(organ.methods[row], what), error_of(organ.methods[row], what)});
+      places.push_back({time_of(organ.methods[row], quantity), error_of(organ.methods[row], quantity)});
     for (const size_t place : pareto_front(places)) is_on[rows[place]] = true;
   }
   return is_on;

@@ -13,13 +13,13 @@ enum class SpeedError {
   force   // time of the haptic frame, force error
 };
 
-// One panel for each |d| with `contacts` contacts: 95th percentile of the error against the median time.
-std::string speed_error_plot(const OrganReport& organ, SpeedError what, int contacts);
+// Plots the p95 of the error against the median time for `contacts` contacts, in a panel for each |d|.
+std::string speed_error_plot(const OrganReport& organ, SpeedError quantity, int contacts);
 
-// Returns the points (time, error) that no other point beats in both, by rising time.
+// Returns the indices of the points (time, error) that no other point beats in both, by rising time.
 std::vector<size_t> pareto_front(const std::vector<std::array<double, 2>>& points);
 
-// For each row of `organ.methods`: whether it is on the front of its number of contacts and its |d|.
-std::vector<bool> on_front(const OrganReport& organ, SpeedError what);
+// Returns for each row of `organ.methods` whether the row is on the front of its number of contacts and |d|.
+std::vector<bool> on_front(const OrganReport& organ, SpeedError quantity);
 
 }  // namespace palpate

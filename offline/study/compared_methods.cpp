@@ -13,7 +13,7 @@ const char* precision_name(pack::FieldPrecision precision) {
   return sizeof(pack::Real) == sizeof(float) ? "float32" : "float64";
 }
 
-// Returns "degree 5, rank 20, int16", the largest values of any site. The pack must carry polynomial_dd.
+// Returns "degree 5, rank 20, int16", with the largest values of any site. The pack must carry polynomial_dd.
 std::string polynomial_setting(const OpenedPack& opened) {
   const pack::PolynomialDd& polynomial = *opened.tables().polynomial_dd();
   std::uint32_t degree = 0;

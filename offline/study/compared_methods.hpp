@@ -9,13 +9,13 @@
 
 namespace palpate {
 
-// A model of a pack as a session evaluates it.
+// A response model of a pack, with the session settings that select the model.
 struct ComparedMethod : MethodName {
   pal_model model = PAL_MODEL_LINEAR;
-  std::uint32_t rings = 0;  // rings of a zone
+  std::uint32_t rings = 0;  // rings of elements of a nonlinear zone; 0: another model
 };
 
-// Returns all models of an open pack, and a zone for each number of its rings.
+// Returns all models of an open pack. The nonlinear zone appears once for each number of rings.
 std::vector<ComparedMethod> carried_methods(const OpenedPack& opened);
 
 }  // namespace palpate

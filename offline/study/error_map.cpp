@@ -8,22 +8,22 @@
 namespace palpate {
 namespace {
 
-// Looks inward at the sites and, with equal weight, from the side of the organ that carries them.
+// Returns inward + kAside aside: `aside` points across `inward`, from the sites towards the organ's centre.
 Eigen::Vector3d view_onto_sites(const Organ& organ) {
   constexpr double kAside = 0.7;
-  constexpr double kOnTop = 0.05;  // fraction of the organ's size
+  constexpr double kOnTop = 0.05;  // fraction of the organ's size; a smaller offset gives no direction
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& position : organ.model.positions) box.extend(position);
   Eigen::Vector3d inward = Eigen::Vector3d::Zero();
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  Eigen::Vector3d mean_position = Eigen::Vector3d::Zero();
   for (const ContactSite& site : organ.sites.sites) {
     inward += site.inward;
-    middle +=
+    mean_position +=
         organ.model.positions[static_cast<size_t>(site.node)] / static_cast<double>(organ.sites.sites.size());
   }
   if (inward.norm() == 0) return inward;
   inward.normalize();
-  Eigen::Vector3d aside = box.center() - middle;
+  Eigen::Vector3d aside = box.center() - mean_position;
   aside -= aside.dot(inward) * inward;
   if (aside.norm() < kOnTop * box.diagonal().norm()) aside = inward.unitOrthogonal();
   return inward + kAside * aside.normalized();

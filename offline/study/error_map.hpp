@@ -10,14 +10,13 @@
 
 namespace palpate {
 
-// For each packed node the largest |u - u_FE| / |d| over some pushes; empty without pushes.
 struct NodeErrors {
   std::string model;
-  std::vector<double> largest;
+  std::vector<double> largest;  // for each packed node: largest |u - u_FE| / |d|; empty: no push
 };
 
-// Draws the model with the largest and the model with the smallest error, each with its own scale. Returns false and
-// writes no file where the pack has no triangles or no errors. Throws std::runtime_error "PATH: REASON".
+// Draws the models with the largest and the smallest error, each with its own scale. Returns false and writes
+// no file where the pack has no triangles or no errors. Throws std::runtime_error "PATH: REASON".
 bool draw_error_map(const OpenedPack& opened, const Organ& organ, std::vector<NodeErrors> models,
                     const std::filesystem::path& png);
 

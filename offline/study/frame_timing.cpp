@@ -17,7 +17,7 @@
 namespace palpate {
 namespace {
 
-// Times frames with cold caches: neither pack nor session is cached.
+// Times frames whose pack and session are in no cache.
 template <typename Frame>
 Timing time_cold(std::string model, std::string stage, const Frame& frame) {
   constexpr int kFrames = 200;
@@ -25,36 +25,37 @@ Timing time_cold(std::string model, std::string stage, const Frame& frame) {
   return time_frames(std::move(model), std::move(stage), kFrames, frame, [&] { caches.evict(); });
 }
 
-// Times several contacts at fixed places, or with `anew` at new places in each frame.
-Timing time_several_between(const OpenedPack& opened, const std::vector<pal_contact>& points, bool anew,
+// Times several contacts at fixed places, or at new places in each frame.
+Timing time_several_between(const OpenedPack& opened, const std::vector<pal_contact>& points, bool new_places,
                             int frames) {
   const std::uint32_t count = num_between(opened);
   TimedSession session(opened, PAL_MODEL_LINEAR, count);
   std::vector<pal_contact> contacts(count);
-  // random_places() cycles through the sites; this stride separates the contacts.
-  const size_t apart = opened.info().num_sites / count;
-  return time_frames(model_name(PAL_MODEL_LINEAR),
-                     fmt::format("{} contacts{}", count, anew ? ", new places each frame" : " between sites"),
-                     frames, [&](int frame) {
-                       const auto first = anew ? static_cast<size_t>(frame) : 0;
-                       for (std::uint32_t c = 0; c < count; ++c) {
-                         contacts[c] = points[(first + c * apart) % points.size()];
-                         std::copy_n(points[static_cast<size_t>(frame) % points.size()].displacement, 3,
-                                     contacts[c].displacement);
-                       }
-                       session.haptic(contacts);
-                     });
+  // random_places() cycles through the sites: this stride gives each contact another site.
+  const size_t stride = opened.info().num_sites / count;
+  return time_frames(
+      model_name(PAL_MODEL_LINEAR),
+      fmt::format("{} contacts{}", count, new_places ? ", new places each frame" : " between sites"), frames,
+      [&](int frame) {
+        const auto first = new_places ? static_cast<size_t>(frame) : 0;
+        for (std::uint32_t c = 0; c < count; ++c) {
+          contacts[c] = points[(first + c * stride) % points.size()];
+          std::copy_n(points[static_cast<size_t>(frame) % points.size()].displacement, 3,
+                      contacts[c].displacement);
+        }
+        session.haptic(contacts);
+      });
 }
 
-// Times the frames in which tools take hold and the refining lane prepares their zones between frames. The last frame is the
-// first with a zone response.
+// Times the frames of tools that take hold of new sites. Between frames the refining lane prepares the zones.
+// Once all zones are prepared the tools go to the next sites.
 Timing time_taking_hold(const OpenedPack& opened, std::uint32_t count, int frames) {
-  constexpr std::uint64_t kSlice = 200'000;
+  constexpr std::uint64_t kSlice = 200'000;  // multiply-adds of the refining lane between two frames
   TimedSession session(opened, PAL_MODEL_ZONE, count, 0, count);
   std::vector<std::uint32_t> sites = sites_apart(opened, count);
   const std::vector<pal_pose> poses(count, {{0, 0, 0}, {1, 0, 0, 0}});
   bool is_preparing = false;
-  const auto take_hold = [&] {
+  const auto between_frames = [&] {
     if (is_preparing) return session.refine(kSlice);
     for (std::uint32_t tool = 0; tool < count; ++tool) session.release(tool);
     session.tools(poses);
@@ -66,19 +67,19 @@ Timing time_taking_hold(const OpenedPack& opened, std::uint32_t count, int frame
   return time_frames(
       model_name(PAL_MODEL_ZONE),
       fmt::format("frames while {} new zone{} prepared", count, count > 1 ? "s are" : " is"), frames,
-      [&](int) { is_preparing = (session.tools(poses) & PAL_FLAG_PREPARING) != 0; }, take_hold);
+      [&](int) { is_preparing = (session.tools(poses) & PAL_FLAG_PREPARING) != 0; }, between_frames);
 }
 
 }  // namespace
 
 void CacheEvictor::evict() {
-  constexpr size_t kLine = 64;
-  for (size_t i = 0; i < other_.size(); i += kLine) ++other_[i];
-  asm volatile("" : : "r"(other_.data()) : "memory");
+  constexpr size_t kLine = 64;  // bytes of a cache line
+  for (size_t i = 0; i < buffer_.size(); i += kLine) ++buffer_[i];
+  asm volatile("" : : "r"(buffer_.data()) : "memory");
 }
 
 Timing time_loop(int frames) {
-  volatile double start = 1;  // volatile keeps the loop
+  volatile double start = 1;  // volatile: the compiler must keep the loop
   volatile double end = 0;
   return time_frames("", "a loop in registers", frames, [&](int) {
     double sum = start;
@@ -150,7 +151,7 @@ std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int fr
   return timings;
 }
 
-// Frames of moving contacts at 1 kHz, while another thread is the refining lane.
+// Times frames of moving contacts at 1 kHz while another thread runs the refining lane.
 Timing time_beside_lane(const OpenedPack& opened, const std::vector<std::uint32_t>& sites,
                         std::string stage) {
   constexpr int kFrames = 3000;
@@ -164,25 +165,25 @@ Timing time_beside_lane(const OpenedPack& opened, const std::vector<std::uint32_
   auto due = std::chrono::steady_clock::now();
   return time_frames(
       model_name(PAL_MODEL_ZONE), std::move(stage), kFrames,
-      [&](int) { session.ask(all_on_paths(opened, sites, next++)); },
+      [&](int) { session.frame_once(all_on_paths(opened, sites, next++)); },
       [&] {
         due += std::chrono::milliseconds(1);
         while (std::chrono::steady_clock::now() < due) continue;
       });
 }
 
-// Frames beside the refining lane, and the lane's iterations alone.
+// Adds the times of frames beside the refining lane, and of the lane's iterations alone.
 void time_refining(const OpenedPack& opened, std::uint32_t count, int frames, std::vector<Timing>& timings) {
   const std::vector<std::uint32_t> sites = sites_apart(opened, count);
-  const std::string of = fmt::format("{} contact{}", count, count > 1 ? "s" : "");
-  timings.push_back(time_beside_lane(opened, sites, "1 kHz beside the lane, " + of));
+  const std::string contacts_text = fmt::format("{} contact{}", count, count > 1 ? "s" : "");
+  timings.push_back(time_beside_lane(opened, sites, "1 kHz beside the lane, " + contacts_text));
   TimedSession session(opened, PAL_MODEL_ZONE, count);
   int next = 0;
   const auto touch = [&] { session.haptic(all_on_paths(opened, sites, next++)); };
   touch();
   timings.push_back(time_frames(
-      model_name(PAL_MODEL_ZONE), "refining iteration, " + of, frames, [&](int) { session.refine(); },
-      touch));
+      model_name(PAL_MODEL_ZONE), "refining iteration, " + contacts_text, frames,
+      [&](int) { session.refine(); }, touch));
 }
 
 std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
@@ -222,22 +223,22 @@ std::vector<Timing> time_zone(const OpenedPack& opened, int frames) {
   }
   const std::uint32_t num_sites = opened.info().num_sites;
   if (num_sites <= 1) return timings;
-  const int few = std::max(100, frames / 100);
+  const int few_frames = std::max(100, frames / 100);
   for (const std::uint32_t count : std::set<std::uint32_t>{1, num_in_zones(opened)}) {
     TimedSession session(opened, PAL_MODEL_ZONE, count);
     std::vector<pal_contact> contacts(count);
     const std::vector<std::uint32_t> apart = sites_apart(opened, count);
     std::uint32_t next = 0;
-    const auto ask = [&] {
+    const auto request_zones = [&] {  // moves the contacts until the lane has a zone to prepare
       do {
-        session.refine();  // a request before is out of the way
+        session.refine();  // does the earlier work of the lane
         for (std::uint32_t c = 0; c < count; ++c) contacts[c].site = (apart[c] + next) % num_sites;
         ++next;
-      } while (session.ask(contacts));
+      } while (session.frame_once(contacts));
     };
     timings.push_back(time_frames(
-        model, fmt::format("preparing {} zone{}, refining lane", count, count == 1 ? "" : "s"), few,
-        [&](int) { session.refine(); }, ask));
+        model, fmt::format("preparing {} zone{}, refining lane", count, count == 1 ? "" : "s"), few_frames,
+        [&](int) { session.refine(); }, request_zones));
     timings.push_back(time_taking_hold(opened, count, std::max(100, frames / 10)));
   }
   return timings;
@@ -305,11 +306,11 @@ SceneTiming time_scene(const OpenedPack& opened, int frames) {
   if (info.zone_rings > 0 && (count > 1 || info.has_polynomial == 0)) {
     const std::uint32_t in_zones = std::min(count, pack::kMostZoneContacts);
     const std::vector<std::uint32_t> sites = sites_apart(opened, in_zones);
-    const Timing frame =
-        time_frames("", "scene", frames, [&](int at) { session.haptic(all_on_paths(opened, sites, at)); });
+    const Timing frame = time_frames("", "scene", frames,
+                                     [&](int index) { session.haptic(all_on_paths(opened, sites, index)); });
     return {frame, in_zones, true};
   }
-  // Draws sets of different sites in random order, so that no set recurs from the frame before.
+  // Draws the sites of each set anew, without repetition within a set.
   std::vector<pal_contact> contacts = random_contacts(opened, true);
   std::vector<std::uint32_t> order(info.num_sites);
   std::iota(order.begin(), order.end(), 0u);
@@ -319,8 +320,8 @@ SceneTiming time_scene(const OpenedPack& opened, int frames) {
     for (size_t i = 0; i < count; ++i) contacts[first + i].site = order[i];
   }
   const size_t num_sets = contacts.size() / count;
-  const Timing frame = time_frames("", "scene", frames, [&](int at) {
-    session.haptic({&contacts[static_cast<size_t>(at) % num_sets * count], count});
+  const Timing frame = time_frames("", "scene", frames, [&](int index) {
+    session.haptic({&contacts[static_cast<size_t>(index) % num_sets * count], count});
   });
   return {frame, count, false};
 }

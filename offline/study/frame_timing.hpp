@@ -12,18 +12,17 @@
 
 namespace palpate {
 
-// Nanoseconds of single frames, sorted.
+// Times of single frames.
 struct Timing {
-  std::string model;
-  std::string stage;
-  std::vector<double> nanoseconds;
-  double at(double q) const {
+  std::string model;                // "" for a time that belongs to no model
+  std::string stage;                // the timed operation: "force + stiffness"
+  std::vector<double> nanoseconds;  // of each frame, ascending
+  double at(double q) const {       // quantile q in [0, 1]
     return nanoseconds[static_cast<size_t>(q * static_cast<double>(nanoseconds.size() - 1))];
   }
 };
 
-// Times frame(i) for i = 0 .. frames - 1 singly, after a warm-up of frames / 20. prepare() runs untimed
-// before each frame.
+// Times each frame(i), i = 0 .. frames - 1, alone, after a warm-up. prepare() runs untimed before each frame.
 template <typename Frame, typename Prepare = void (*)()>
 Timing time_frames(
     std::string model, std::string stage, int frames, const Frame& frame, const Prepare& prepare = [] {}) {
@@ -41,37 +40,36 @@ Timing time_frames(
   return timing;
 }
 
-// Empties the caches: walks through more memory than the caches hold. Cost: about 10 ms.
+// Empties the caches by a walk through 96 MB, more than the caches hold. Cost: about 10 ms.
 class CacheEvictor {
  public:
   void evict();
 
  private:
-  std::vector<unsigned char> other_ = std::vector<unsigned char>(size_t{96} << 20);
+  std::vector<unsigned char> buffer_ = std::vector<unsigned char>(size_t{96} << 20);
 };
 
-// Copies the bytes of a field: the bound that memory sets.
+// Times a memcpy of `bytes`, as many as a field reads: the bound that memory sets.
 Timing time_copy(const std::string& model, std::uint64_t bytes, int frames);
 
-// Times a loop without memory accesses: a spread above its median is noise of the machine.
+// Times a loop in registers. A spread above its median is noise of the machine.
 Timing time_loop(int frames);
 
-// The system's name of the processor.
+// Returns the processor's name from /proc/cpuinfo.
 std::string processor_name();
 
-// Times contact frames at one site, at a new site in each frame and between sites; a tool that holds the
-// site; visual frames.
+// Times one model: contact frames at and between sites, frames of a tool that holds a site, visual frames.
 std::vector<Timing> time_model(const OpenedPack& opened, pal_model model, int frames);
 
-// Times nonlinear_zone: contact frames on a smooth path for each number of rings, frames with a new zone
-// each, visual frames, iterations of the refining lane.
+// Times nonlinear_zone: contact frames on a smooth path and visual frames for each number of rings. Also
+// times the preparation of new zones and the iterations of the refining lane.
 std::vector<Timing> time_zone(const OpenedPack& opened, int frames);
 
-// Whether the pack has the surface for contacts between sites.
+// Whether the pack carries the surface_bvh, which contacts between sites need.
 bool has_places(const OpenedPack& opened);
 
-// Times pal_pack_find_surface_point at places about an edge from the surface, and at places on the surface. Also times
-// frames of a tool half an edge above the surface, whose search starts at the last result. The pack must have places.
+// Times pal_pack_find_surface_point at places about an edge from the surface, and at places on the surface.
+// Also times frames of a tool half an edge above the surface. The pack must have places (has_places).
 std::vector<Timing> time_search(const OpenedPack& opened, int frames);
 
 // Times the opening of a cached pack file and the construction of a session.
@@ -81,12 +79,12 @@ std::vector<Timing> time_start(const std::filesystem::path& file);
 struct SceneTiming {
   Timing frame;
   std::uint32_t contacts;  // number that the scene asks for and the model supports
-  // true: contacts move at fixed sites, since zones take several frames to prepare; false: new sites in each frame
-  bool is_zone;
+  bool is_zone;  // contacts move at fixed sites, as zones need preparation; else new sites in each frame
 };
 SceneTiming time_scene(const OpenedPack& opened, int frames);
 
-// Times linear_dd with two or three contacts at new places between sites in each frame: a grasp without a time budget.
+// Times linear_dd with two or three contacts at new places between sites in each frame. Empty for packs with
+// zones, and for packs without linear_dd, without a surface_bvh or for one contact.
 std::optional<Timing> time_new_places(const OpenedPack& opened, int frames);
 
 }  // namespace palpate

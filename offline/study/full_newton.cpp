@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-// Moves the patches, and iterates to convergence from the state of the frame before. Starts from rest.
+// Each frame moves the patches and iterates to convergence from the last frame's state, at first from rest.
 class NewtonFrames {
  public:
   NewtonFrames(const Organ& organ, const std::vector<std::uint32_t>& sites)
@@ -20,7 +20,7 @@ class NewtonFrames {
         load_(load_for(Eigen::Vector3d::Zero())),
         u_(organ.rest.displacement_of(organ.model)) {}
 
-  // All contacts have the same displacement.
+  // Moves all contacts to `displacement` from rest. Ramps the load where Newton fails from the last state.
   void frame(const Eigen::Vector3d& displacement) {
     const LoadCase next = load_for(displacement);
     Eigen::VectorXd guess = u_;
@@ -46,8 +46,8 @@ class NewtonFrames {
   const Organ& organ_;
   const std::vector<std::uint32_t>& sites_;
   StaticSolver solver_;
-  LoadCase load_;
-  Eigen::VectorXd u_;
+  LoadCase load_;      // load of the last frame
+  Eigen::VectorXd u_;  // num_dofs: displacement of the last frame
 };
 
 }  // namespace

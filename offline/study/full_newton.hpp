@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-// Times frames in which contacts at `sites` move at a fraction `part` of the largest |d|. The sites must share no node.
-// Throws std::runtime_error where a frame has no equilibrium.
+// Times frames in which all contacts at `sites` move together on a path at |d| = `part` times the largest
+// |d|. The patches must share no node. Throws std::runtime_error where a frame has no equilibrium.
 TimeSummary time_full_newton(const Organ& organ, const std::vector<std::uint32_t>& sites, double part,
                              int frames);
 

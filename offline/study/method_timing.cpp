@@ -19,7 +19,7 @@ double nanoseconds_of(const Frame& frame) {
   return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
 }
 
-double at(const std::vector<double>& sorted, double q) {
+double quantile_of(const std::vector<double>& sorted, double q) {
   return sorted[static_cast<size_t>(q * static_cast<double>(sorted.size() - 1))];
 }
 
@@ -28,12 +28,12 @@ double at(const std::vector<double>& sorted, double q) {
 TimeSummary summary_of(std::vector<double> nanoseconds, const std::vector<double>& medians) {
   std::sort(nanoseconds.begin(), nanoseconds.end());
   constexpr double kMicro = 1e-3;
-  const double median = at(nanoseconds, 0.5);
+  const double median = quantile_of(nanoseconds, 0.5);
   const double lowest = medians.empty() ? median : *std::min_element(medians.begin(), medians.end());
   const double highest = medians.empty() ? median : *std::max_element(medians.begin(), medians.end());
   return {kMicro * median,
-          kMicro * at(nanoseconds, 0.99),
-          kMicro * at(nanoseconds, 0.999),
+          kMicro * quantile_of(nanoseconds, 0.99),
+          kMicro * quantile_of(nanoseconds, 0.999),
           kMicro * nanoseconds.back(),
           kMicro * lowest,
           kMicro * highest};
@@ -45,13 +45,13 @@ TimeSummary time_calls(int calls, const std::function<void(int)>& call) {
   std::vector<double> all;
   std::vector<double> medians;
   for (int round = 0; round < kRounds; ++round) {
-    std::vector<double> here;
+    std::vector<double> round_times;
     for (int i = 0; i < std::max(1, calls / kRounds); ++i) {
-      here.push_back(nanoseconds_of([&] { call(static_cast<int>(all.size()) + i + 1); }));
+      round_times.push_back(nanoseconds_of([&] { call(static_cast<int>(all.size()) + i + 1); }));
     }
-    all.insert(all.end(), here.begin(), here.end());
-    std::sort(here.begin(), here.end());
-    medians.push_back(at(here, 0.5));
+    all.insert(all.end(), round_times.begin(), round_times.end());
+    std::sort(round_times.begin(), round_times.end());
+    medians.push_back(quantile_of(round_times, 0.5));
   }
   return summary_of(std::move(all), medians);
 }
@@ -106,10 +106,10 @@ void MethodTimer::time_round(double seconds, int most_frames, int cold_frames, C
       visual_.cold.push_back(nanoseconds_of([&] { session.visual(field.data()); }));
     }
   }
-  for (const auto& [stage, here] : {std::pair(&haptic_, &haptic), std::pair(&visual_, &visual)}) {
-    stage->warm.insert(stage->warm.end(), here->begin(), here->end());
-    std::sort(here->begin(), here->end());
-    stage->medians.push_back(at(*here, 0.5));
+  for (const auto& [stage, times] : {std::pair(&haptic_, &haptic), std::pair(&visual_, &visual)}) {
+    stage->warm.insert(stage->warm.end(), times->begin(), times->end());
+    std::sort(times->begin(), times->end());
+    stage->medians.push_back(quantile_of(*times, 0.5));
   }
 }
 

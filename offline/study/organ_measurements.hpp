@@ -15,8 +15,7 @@ struct ErrorSummary {
   double max = 0;
 };
 
-// Microseconds of single frames. `lowest` and `highest`: extreme medians over the timing rounds, the expected
-// range of a second run.
+// Microseconds of single frames. `lowest` and `highest` are the extreme medians of the timing rounds.
 struct TimeSummary {
   double median = 0;
   double p99 = 0;
@@ -30,7 +29,7 @@ struct TimeSummary {
 enum class MethodKind { linear, polynomial, zone, newton };
 inline constexpr size_t kMethodKinds = 4;
 
-// One method at one |d|.
+// Errors and times of one method at one |d|.
 struct MethodRow {
   MethodKind kind = MethodKind::linear;
   std::string name;  // "polynomial_dd, degree 5, rank 20, int16"
@@ -50,27 +49,27 @@ struct MethodRow {
 
 // One method's response to one push.
 struct PushRow {
-  std::string set;  // "random", "levels" or "several"
-  int push = 0;     // number within the set
-  std::string name;
+  std::string set;   // "random", "levels" or "several"
+  int push = 0;      // number within the set
+  std::string name;  // name of the method
   MethodKind kind = MethodKind::linear;
   int contacts = 1;
   std::string sites;                                 // labels, joined by ';'
   std::vector<std::array<double, 3>> displacements;  // for each contact; length unit
   double size = 0;                                   // largest |d| of the contacts; length unit
   double part = 0;                                   // fraction of the pack's largest |d|
-  std::optional<double> strain;  // |d| / thickness of the organ along d; single contacts only
-  bool solved = true;            // false: the push has no equilibrium, and errors are 1
-  double displacement_error = 1;
+  std::optional<double> strain;   // |d| / thickness of the organ along d; single contacts only
+  bool solved = true;             // false: the push has no equilibrium, and errors are 1
+  double displacement_error = 1;  // this and the next four: as in MethodRow, for this push
   double force_error = 1;
   double force_error_unfloored = 1;
   double displacement_off = 0;
   double force_off = 0;
-  std::optional<double> displacement_estimate;  // the runtime's estimate; empty: it gives none
+  std::optional<double> displacement_estimate;  // the runtime's error estimate; empty: none given
   std::optional<double> force_estimate;
 };
 
-// Claimed and measured errors of a model.
+// Survey validation of a model: errors claimed by the pack, and found at new pushes. Errors are fractions.
 struct ValidationRow {
   std::string model;
   int pushes = 0;
@@ -80,7 +79,7 @@ struct ValidationRow {
   double found_force_p95 = 0;
   double displacement_coverage = 0;  // fraction of the pushes within the runtime's estimate
   double force_coverage = 0;
-  bool kept = true;
+  bool kept = true;  // the errors found agree with the claim
 };
 
 // A memcpy of the bytes that a field reads.
@@ -101,14 +100,14 @@ struct OrganReport {
   int elements = 0;
   int shown_nodes = 0;
   int sites = 0;
-  int sites_compared = 0;  // number of sites in the comparison
+  int sites_compared = 0;  // sites at which the methods are compared
   double pack_megabytes = 0;
   double mean_edge = 0;         // h; length unit
   double max_displacement = 0;  // length unit
   double thickness = 0;         // median thickness of the organ under its sites; length unit; 0: unknown
   int max_contacts = 1;
-  int unsolved = 0;  // pushes without an equilibrium
-  std::vector<ValidationRow> promises;
+  int unsolved = 0;                     // pushes without an equilibrium
+  std::vector<ValidationRow> promises;  // one for each model
   std::vector<MethodRow> methods;
   std::vector<PushRow> pushes;
   std::optional<FieldCopy> smallest_copy;  // of the model whose field reads least

@@ -22,7 +22,7 @@
 namespace palpate {
 namespace {
 
-// Collects the report's rows of one organ.
+// Collects the rows of an organ's report.
 class Measurement {
  public:
   Measurement(const OpenedPack& opened, const Organ& organ, const ReportEffort& effort, std::int64_t seed,
@@ -33,12 +33,12 @@ class Measurement {
         seed_(seed),
         jobs_(jobs),
         rows_(opened, organ, report_) {}
-  Measurement(const Measurement&) = delete;  // its rows refer to its report
+  Measurement(const Measurement&) = delete;  // rows_ refers to report_
   Measurement& operator=(const Measurement&) = delete;
 
   OrganReport run(const std::filesystem::path& map) {
     describe();
-    judge(map);
+    validate_survey(map);
     compare_at_levels();
     compare_several();
     time_all();
@@ -48,7 +48,7 @@ class Measurement {
 
  private:
   struct Timed {
-    std::vector<size_t> rows;  // in report_.methods
+    std::vector<size_t> rows;  // indices in report_.methods; all get the times of `timer`
     MethodTimer timer;
   };
 
@@ -72,7 +72,7 @@ class Measurement {
   }
 
   // Validates the pack's survey by random pushes at all sites, and records the distribution of errors.
-  void judge(const std::filesystem::path& map) {
+  void validate_survey(const std::filesystem::path& map) {
     const std::vector<Push> pushes =
         draw_pushes(opened_, organ_.scene, organ_.sites, effort_.random_pushes, seed_);
     std::vector<SurveySample> samples;
@@ -84,16 +84,16 @@ class Measurement {
     }
     const std::vector<ContactTruth> truths = truths_of(samples);
     int number = 0;
-    const std::vector<PushRow> about = rows_.describe_pushes("random", truths, number);
+    const std::vector<PushRow> push_rows = rows_.describe_pushes("random", truths, number);
     report_.unsolved = static_cast<int>(
         std::count_if(truths.begin(), truths.end(), [](const ContactTruth& truth) { return !truth.solved; }));
     std::vector<NodeErrors> worst;
     for (const ComparedMethod& method : carried_methods(opened_)) {
-      NodeErrors& of_method = worst.emplace_back(NodeErrors{method.name, {}});
+      NodeErrors& method_errors = worst.emplace_back(NodeErrors{method.name, {}});
       const std::vector<MeasuredPush> measured = measure_pushes(
           truths, [&] { return runtime_method(opened_, method.model, 1, method.rings); }, jobs_, {},
-          &of_method.largest);
-      rows_.add_pushes(about, method, measured);
+          &method_errors.largest);
+      rows_.add_pushes(push_rows, method, measured);
     }
     for (const SurveyValidation& validation :
          judge_pack(opened_, samples, organ_.scene.max_displacement, jobs_)) {
@@ -110,7 +110,7 @@ class Measurement {
   void compare_at_levels() {
     const std::vector<size_t> sites = compared_sites(organ_, effort_.most_sites);
     report_.sites_compared = static_cast<int>(sites.size());
-    const std::vector<Level> levels = rows_.described(
+    const std::vector<Level> levels = rows_.describe_levels(
         "levels", 1, solve_levels(opened_, organ_, parts_, sites, effort_.pushes_at_level, seed_, jobs_));
     std::vector<std::vector<std::uint32_t>> site_sets;
     for (size_t i = 0; i < std::min(effort_.timed_sets, sites.size()); ++i)
@@ -121,7 +121,7 @@ class Measurement {
   void compare_several() {
     const int contacts = std::min({3, organ_.scene.max_contacts, report_.sites});
     if (contacts < 2) return;
-    const std::vector<Level> levels = rows_.described(
+    const std::vector<Level> levels = rows_.describe_levels(
         "several", contacts, solve_several(opened_, organ_, parts_, contacts, effort_.several, seed_, jobs_));
     if (levels.empty()) {
       report_.notes.push_back(fmt::format(
@@ -134,7 +134,7 @@ class Measurement {
     compare(levels, {sites});
   }
 
-  // Frames are timed at `site_sets`; full Newton's, which are slow, at the first of them.
+  // Compares all methods at each level. Times frames at all `site_sets`, the slow full Newton at the first.
   void compare(const std::vector<Level>& levels, const std::vector<std::vector<std::uint32_t>>& site_sets) {
     const auto contacts = static_cast<std::uint32_t>(site_sets.front().size());
     std::vector<ComparedMethod> methods = carried_methods(opened_);
@@ -154,8 +154,8 @@ class Measurement {
     }
   }
 
-  // Measures errors, which do not depend on the machine's load, and prepares timers. A zone gets one timer for each
-  // level; other methods get one timer, since their frame time does not depend on |d|.
+  // Measures the errors of a method and prepares its timers. A zone gets a timer for each level. Other
+  // methods get one timer for all levels, since their frame time does not depend on |d|.
   void add_rows(const ComparedMethod& method, std::uint32_t contacts, const std::vector<Level>& levels,
                 const std::vector<std::vector<std::uint32_t>>& site_sets) {
     std::vector<size_t> rows;
@@ -163,7 +163,7 @@ class Measurement {
       const std::vector<MeasuredPush> measured = measure_pushes(
           level.truths.truths, [&] { return runtime_method(opened_, method.model, contacts, method.rings); },
           jobs_);
-      rows_.add_pushes(level.about, method, measured);
+      rows_.add_pushes(level.push_rows, method, measured);
       rows.push_back(rows_.add_method(method, static_cast<int>(contacts), level.truths, measured));
       if (method.kind != MethodKind::zone && &level != &levels.back()) continue;
       timers_.push_back({std::exchange(rows, {}),
@@ -171,7 +171,7 @@ class Measurement {
     }
   }
 
-  // Full Newton is the truth: its errors stay 0.
+  // Adds a row of full Newton, whose errors stay 0: full Newton is the truth.
   void time_newton(double part, const std::vector<std::uint32_t>& sites) {
     MethodRow row;
     row.kind = MethodKind::newton;
@@ -208,10 +208,10 @@ class Measurement {
 
   void time_smallest_copy() {
     constexpr int kCopies = 2000;
-    std::vector<std::uint64_t> fields;  // bytes
-    for (const pack::FrameCost* cost : *opened_.tables().costs()) fields.push_back(cost->field_bytes());
-    if (fields.empty()) return;
-    const std::uint64_t bytes = *std::min_element(fields.begin(), fields.end());
+    std::vector<std::uint64_t> field_sizes;  // bytes
+    for (const pack::FrameCost* cost : *opened_.tables().costs()) field_sizes.push_back(cost->field_bytes());
+    if (field_sizes.empty()) return;
+    const std::uint64_t bytes = *std::min_element(field_sizes.begin(), field_sizes.end());
     const Timing timing = time_copy("", bytes, kCopies);
     report_.smallest_copy = {static_cast<double>(bytes) / 1024, summary_of(timing.nanoseconds, {})};
   }

@@ -1,4 +1,4 @@
-// The effort of a report: sizes and time limits of its measurements. quick() gives a first look.
+// The effort of a report: numbers of pushes and sites, and time limits of its measurements.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ struct ReportEffort {
   int scene_sites = 24;    // limit for a scene that is packed for the report
   int scene_sets = 0;      // contact sets of the scene's survey; 0: as the build plans
 
-  // A first look: few pushes give a weaker validation.
+  // Returns the effort of a first look. Its few pushes give a weaker validation.
   static ReportEffort quick() {
     ReportEffort effort;
     effort.random_pushes = 24;

@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-// Draws directions that no survey and no `draw_pushes` uses.
+// Draws unit vectors. The set highest bit keeps their seed apart from the seeds of the builder's surveys.
 std::vector<Eigen::Vector3d> directions_of(int count, const Scene& scene, std::mt19937_64& random) {
   std::vector<Eigen::Vector3d> points =
       choose_survey_points(count, scene.directions == Directions::inward, random() | std::uint64_t{1} << 63);
@@ -31,7 +31,7 @@ std::vector<size_t> sites_apart(const ContactSites& sites, int contacts, std::mt
   return first_apart(sites, order, static_cast<size_t>(contacts));
 }
 
-// Returns the sampled domain of each site.
+// Returns the map of each site to the pack's sampled domain.
 SiteDomain domain_of(const OpenedPack& opened, const Organ& organ) {
   return [&](size_t site) { return sampled_domain(opened, organ.scene, organ.sites, site); };
 }
@@ -50,9 +50,9 @@ double median_thickness(const Organ& organ) {
 
 std::vector<double> compared_parts(const Organ& organ) {
   constexpr double kPaperStrain = 0.3;
-  constexpr double kAlike = 0.01;
+  constexpr double kSameStrain = 0.01;  // tolerance
   const double strain = organ.scene.max_displacement / median_thickness(organ);
-  if (std::abs(strain - kPaperStrain) < kAlike) return {0.05 / strain, 0.1 / strain, 0.2 / strain, 1};
+  if (std::abs(strain - kPaperStrain) < kSameStrain) return {0.05 / strain, 0.1 / strain, 0.2 / strain, 1};
   return {0.25, 0.5, 0.75, 1};
 }
 
@@ -64,10 +64,10 @@ std::vector<LevelSets> draw_levels(const Organ& organ, const SiteDomain& domain,
   for (const double part : parts) {
     LevelSets& level = levels.emplace_back();
     level.part = part;
-    const std::vector<Eigen::Vector3d> along = directions_of(count, organ.scene, random);
-    for (size_t i = 0; i < along.size(); ++i) {
+    const std::vector<Eigen::Vector3d> directions = directions_of(count, organ.scene, random);
+    for (size_t i = 0; i < directions.size(); ++i) {
       const size_t site = sites[i % sites.size()];
-      level.sets.push_back({{site, domain(site) * (part * along[i])}});
+      level.sets.push_back({{site, domain(site) * (part * directions[i])}});
     }
   }
   return levels;
@@ -105,10 +105,10 @@ std::vector<LevelSets> draw_several(const Organ& organ, const SiteDomain& domain
     LevelSets level{part, {}};
     for (int i = 0; i < count; ++i) {
       const std::vector<size_t> sites = sites_apart(organ.sites, contacts, random);
-      const std::vector<Eigen::Vector3d> along = directions_of(contacts, organ.scene, random);
+      const std::vector<Eigen::Vector3d> directions = directions_of(contacts, organ.scene, random);
       std::vector<LinearContact> set;
       for (size_t c = 0; c < sites.size(); ++c)
-        set.push_back({sites[c], domain(sites[c]) * (part * along[c])});
+        set.push_back({sites[c], domain(sites[c]) * (part * directions[c])});
       if (!set.empty()) level.sets.push_back(std::move(set));
     }
     if (!level.sets.empty()) levels.push_back(std::move(level));

@@ -42,15 +42,15 @@ MethodRow method_row(const std::string& name, int contacts, const LevelTruths& l
 ReportRows::ReportRows(const OpenedPack& opened, const Organ& organ, OrganReport& report)
     : opened_(&opened), organ_(&organ), surface_(extract_surface(organ.model)), report_(&report) {}
 
-std::vector<Level> ReportRows::described(const std::string& set, int contacts,
-                                         std::vector<LevelTruths> levels) {
+std::vector<Level> ReportRows::describe_levels(const std::string& set, int contacts,
+                                               std::vector<LevelTruths> levels) {
   int number = 0;
   int unsolved = 0;
   std::vector<Level> described;
   for (LevelTruths& level : levels) {
-    std::vector<PushRow> about = describe_pushes(set, level.truths, number);
-    for (const PushRow& push : about) unsolved += push.solved ? 0 : 1;
-    described.push_back({std::move(level), std::move(about)});
+    std::vector<PushRow> push_rows = describe_pushes(set, level.truths, number);
+    for (const PushRow& push : push_rows) unsolved += push.solved ? 0 : 1;
+    described.push_back({std::move(level), std::move(push_rows)});
   }
   if (unsolved > 0) {
     report_->notes.push_back(fmt::format(
@@ -90,10 +90,10 @@ std::vector<PushRow> ReportRows::describe_pushes(const std::string& set,
   return rows;
 }
 
-void ReportRows::add_pushes(const std::vector<PushRow>& about, const MethodName& method,
+void ReportRows::add_pushes(const std::vector<PushRow>& push_rows, const MethodName& method,
                             const std::vector<MeasuredPush>& pushes) {
   for (size_t i = 0; i < pushes.size(); ++i) {
-    PushRow row = about[i];
+    PushRow row = push_rows[i];
     row.name = method.name;
     row.kind = method.kind;
     row.displacement_error = pushes[i].displacement_error;
@@ -101,7 +101,7 @@ void ReportRows::add_pushes(const std::vector<PushRow>& about, const MethodName&
     row.force_error_unfloored = pushes[i].force_error_unfloored;
     row.displacement_off = pushes[i].displacement_off;
     row.force_off = pushes[i].force_off;
-    constexpr double kNotMeasured = 1;
+    constexpr double kNotMeasured = 1;  // the runtime's estimate where the survey has no error
     if (row.solved && pushes[i].displacement_estimate < kNotMeasured) {
       row.displacement_estimate = pushes[i].displacement_estimate;
       row.force_estimate = pushes[i].force_estimate;

@@ -12,10 +12,10 @@
 
 namespace palpate {
 
-// Truths of one |d|, with site and displacement of each push.
+// A level with its rows: site and displacement of each push, without the errors of a method.
 struct Level {
   LevelTruths truths;
-  std::vector<PushRow> about;
+  std::vector<PushRow> push_rows;
 };
 
 // A method's kind and name.
@@ -24,7 +24,7 @@ struct MethodName {
   std::string name;
 };
 
-// Summarises the errors of a method over a level's pushes; kind and times remain empty.
+// Summarises the errors of a method over a level's pushes. Kind and times keep their defaults.
 MethodRow method_row(const std::string& name, int contacts, const LevelTruths& level,
                      const std::vector<MeasuredPush>& pushes);
 
@@ -33,14 +33,15 @@ class ReportRows {
   // Adds rows to `report`. All arguments outlive the object.
   ReportRows(const OpenedPack& opened, const Organ& organ, OrganReport& report);
 
-  // Describes levels whose pushes belong to `set`; adds a note about pushes without a truth.
-  std::vector<Level> described(const std::string& set, int contacts, std::vector<LevelTruths> levels);
-  // Describes site and displacement of each push, common to all methods; advances `number`.
+  // Describes the pushes of levels, which form the set `set`. Adds a note about pushes without a truth.
+  std::vector<Level> describe_levels(const std::string& set, int contacts, std::vector<LevelTruths> levels);
+  // Describes site and displacement of each push, common to all methods. `number`: the next PushRow::push.
   std::vector<PushRow> describe_pushes(const std::string& set, const std::vector<ContactTruth>& truths,
                                        int& number) const;
-  void add_pushes(const std::vector<PushRow>& about, const MethodName& method,
+  // Adds a row to OrganReport::pushes for each push.
+  void add_pushes(const std::vector<PushRow>& push_rows, const MethodName& method,
                   const std::vector<MeasuredPush>& pushes);
-  // Adds a row to OrganReport::methods; the times remain empty.
+  // Adds a row without times to OrganReport::methods. Returns the row's index.
   size_t add_method(const MethodName& method, int contacts, const LevelTruths& level,
                     const std::vector<MeasuredPush>& pushes);
 

@@ -24,7 +24,7 @@ class RandomBall {
   std::uniform_real_distribution<double> unit_{-1, 1};
 };
 
-// Metres, organ frame.
+// Returns the sites at rest: metres, organ frame.
 std::vector<Eigen::Vector3d> site_positions(const OpenedPack& opened) {
   const pal_pack_info info = opened.info();
   const pal_geometry geometry = opened.pack().geometry();
@@ -73,12 +73,12 @@ std::uint32_t num_in_zones(const OpenedPack& opened) {
 std::vector<std::uint32_t> sites_apart(const OpenedPack& opened, std::uint32_t count) {
   const std::vector<Eigen::Vector3d> positions = site_positions(opened);
   std::vector<std::uint32_t> sites = {0};
-  std::vector<double> farness(positions.size(), std::numeric_limits<double>::infinity());
+  std::vector<double> distances(positions.size(), std::numeric_limits<double>::infinity());
   while (sites.size() < count) {
     for (size_t i = 0; i < positions.size(); ++i)
-      farness[i] = std::min(farness[i], (positions[i] - positions[sites.back()]).norm());
+      distances[i] = std::min(distances[i], (positions[i] - positions[sites.back()]).norm());
     sites.push_back(
-        static_cast<std::uint32_t>(std::max_element(farness.begin(), farness.end()) - farness.begin()));
+        static_cast<std::uint32_t>(std::max_element(distances.begin(), distances.end()) - distances.begin()));
   }
   return sites;
 }
@@ -87,11 +87,11 @@ std::vector<std::uint32_t> sites_together(const OpenedPack& opened, std::uint32_
   const std::vector<Eigen::Vector3d> positions = site_positions(opened);
   const pal_pack_info info = opened.info();
   const double apart = 2 * std::max(info.tip_radius, 0.5 * info.mean_surface_edge);
-  std::vector<std::uint32_t> nearest(positions.size());
-  std::iota(nearest.begin(), nearest.end(), 0u);
-  std::ranges::sort(nearest, {}, [&](std::uint32_t site) { return (positions[site] - positions[0]).norm(); });
+  std::vector<std::uint32_t> order(positions.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::sort(order, {}, [&](std::uint32_t site) { return (positions[site] - positions[0]).norm(); });
   std::vector<std::uint32_t> sites;
-  for (const std::uint32_t site : nearest) {
+  for (const std::uint32_t site : order) {
     const bool is_apart = std::ranges::all_of(
         sites, [&](std::uint32_t other) { return (positions[site] - positions[other]).norm() > apart; });
     if (is_apart && sites.size() < count) sites.push_back(site);

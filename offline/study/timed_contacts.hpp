@@ -8,27 +8,27 @@
 
 namespace palpate {
 
-constexpr int kTimedContacts = 4096;
+constexpr int kTimedContacts = 4096;  // length of the random series below
 
-// Returns a contact on a smooth path at radius `reach`, 0.01 radians a frame; the runtime's units.
+// Returns a contact whose d moves smoothly on the sphere |d| = `reach`, by about 0.01 radians a frame.
 pal_contact on_path(std::uint32_t site, double reach, int frame);
 
-// Draws contacts in the sampled ball: all at the first site, or each at the next site.
+// Draws contacts with d in the ball of the largest |d|: all at the first site, or at the sites in turn.
 std::vector<pal_contact> random_contacts(const OpenedPack& opened, bool new_site_each_frame);
 
-// Half of the scene's range: a realistic speed of a hand at 1 kHz.
+// Returns on_path() at half of the largest |d|. At 1 kHz the speed is realistic for a hand.
 pal_contact half_way_out(const OpenedPack& opened, std::uint32_t site, int frame);
 
-// Number of simultaneous zone contacts that the scene allows.
+// Returns the number of simultaneous zone contacts that the scene allows.
 std::uint32_t num_in_zones(const OpenedPack& opened);
 
-// Chooses the first site, then repeatedly the site farthest from all chosen sites.
+// Chooses `count` sites: the first, then repeatedly the site farthest from all chosen sites.
 std::vector<std::uint32_t> sites_apart(const OpenedPack& opened, std::uint32_t count);
 
-// Chooses the first site and near sites whose mutual distance exceeds two patch radii; possibly fewer than `count`.
+// Chooses up to `count` sites near the first site, whose mutual distance exceeds two patch radii.
 std::vector<std::uint32_t> sites_together(const OpenedPack& opened, std::uint32_t count);
 
-// Returns a contact on its path for each site.
+// Returns half_way_out() for each site.
 std::vector<pal_contact> all_on_paths(const OpenedPack& opened, const std::vector<std::uint32_t>& sites,
                                       int frame);
 
@@ -38,14 +38,14 @@ std::vector<Eigen::Vector3d> random_places(const OpenedPack& opened);
 pal_surface_point surface_point(const OpenedPack& opened, const Eigen::Vector3d& place);
 
 // Returns a path half an edge above the surface, from the first site to the farthest site and back. The path
-// follows the surface points nearest to the chord, in steps of 0.01 edges. Places near the opposite wall of a
-// fissure are left out. Metres, organ frame.
+// follows the surface points nearest to the chord, in steps of 0.01 edges along the chord. The path omits
+// places near the opposite wall of a fissure. Metres, organ frame.
 std::vector<Eigen::Vector3d> path_above_surface(const OpenedPack& opened);
 
 // Places the contacts of random_contacts() at the places of random_places().
 std::vector<pal_contact> random_points(const OpenedPack& opened);
 
-// Number of linear_dd contacts between sites. The runtime moves further contacts to the nearest site.
+// Returns the number of linear_dd contacts between sites in a timed frame, at most three.
 std::uint32_t num_between(const OpenedPack& opened);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// A session for timing: the runtime's units, no work besides the runtime's calls.
+// A session for timing, in the runtime's units. Calls add no work of their own to the runtime's calls.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// Has its own memory. Zero values mean:
+// Owns its memory. Zero values mean:
 //   `zone_rings`: all rings of the pack,
 //   `max_tools`: one.
 class TimedSession {
@@ -18,28 +18,28 @@ class TimedSession {
                std::uint32_t zone_rings = 0, std::uint32_t max_tools = 0)
       : TimedSession(opened, config_of(opened, model, max_contacts, zone_rings, max_tools)) {}
 
-  // A frame; repeated after the refining lane's work, where the lane has to prepare a zone first.
+  // Runs contact frames until no zone is being prepared. The refining lane works between the frames.
   void haptic(std::span<const pal_contact> contacts) {
-    while (!ask(contacts)) refine();
+    while (!frame_once(contacts)) refine();
   }
-  // A frame. Returns false where the refining lane has to prepare a zone first.
-  bool ask(std::span<const pal_contact> contacts) {
+  // Runs one contact frame. Returns false where the refining lane has to prepare a zone first.
+  bool frame_once(std::span<const pal_contact> contacts) {
     require_ok(session_.contact_frame(contacts, {results_.data(), contacts.size()}), "frame");
     return contacts.empty() || (results_.front().flags & PAL_FLAG_PREPARING) == 0;
   }
-  // hold() attaches a tool to a site. tool() then runs a haptic frame for the tool's pose, equal to the contact frame.
+  // Attaches a tool to a site. tool() then gives the force of the contact frame at the tool's pose.
   void hold(std::uint32_t site, std::uint32_t tool = 0) {
     require_ok(session_.hold(tool, pal_default_hold(site)), "hold");
   }
   void release(std::uint32_t tool) { require_ok(session_.release(tool), "release"); }
-  // Lets tool 0 search the surface while it holds nothing.
+  // Lets tool 0 search the surface for contacts.
   void look_for_surface() {
     pal_touch touch = {};
     touch.struct_size = sizeof touch;
     touch.law = PAL_LAW_TOUCH;
     require_ok(session_.set_touch(0, touch), "touch");
   }
-  // Returns the number of contacts that tool 0 holds.
+  // Runs a haptic frame of tool 0. Returns the number of contacts that the tool holds.
   std::uint32_t tool(const pal_pose& pose) {
     tools({&pose, 1});
     return tool_results_.front().num_contacts;
@@ -51,7 +51,7 @@ class TimedSession {
     for (size_t tool = 0; tool < poses.size(); ++tool) flags |= tool_results_[tool].flags;
     return flags;
   }
-  // `operations`: multiply-adds of a slice; 0: to the end.
+  // Runs the refining lane for so many multiply-adds; 0: until an iteration or a zone is complete.
   void refine(std::uint64_t operations = 0) {
     pal_refinement refinement = {};
     require_ok(session_.refine(operations, refinement), "refine");

@@ -5,12 +5,13 @@ namespace {
 
 #define PALPATE_INLINE [[gnu::always_inline]] inline
 
-// y = M x
+// y = M x.
 PALPATE_INLINE void multiply(const std::array<std::array<Lanes, 3>, 3>& M, const std::array<Lanes, 3>& x,
                              std::array<Lanes, 3>& y) {
   for (size_t i = 0; i < 3; ++i) y[i] = M[i][0] * x[0] + M[i][1] * x[1] + M[i][2] * x[2];
 }
 
+// F = 1 + sum_a u_a g_a^T, H = F^-T, I1 = F : F, J = det F.
 template <int kNodes>
 PALPATE_INLINE void deform(const typename ElementBatch<kNodes>::Point& point,
                            const NodalLanes<kNodes>& displacement, KinematicsLanes& kinematics) {
@@ -23,7 +24,7 @@ PALPATE_INLINE void deform(const typename ElementBatch<kNodes>::Point& point,
       F[i][J] = i == J ? 1.0 + sum : sum;
     }
   }
-  // Cofactors: F^-T = cof F / det F.
+  // H = cof F / det F.
   for (size_t i = 0; i < 3; ++i) {
     const auto& next = F[(i + 1) % 3];
     const auto& last = F[(i + 2) % 3];
@@ -40,6 +41,7 @@ PALPATE_INLINE void deform(const typename ElementBatch<kNodes>::Point& point,
   for (size_t n = 0; n < 9; ++n) H[n / 3][n % 3] *= inverse;
 }
 
+// Adds V P g_a, P = identity F - transposed H.
 template <int kNodes>
 PALPATE_INLINE void add_force(const typename ElementBatch<kNodes>::Point& point,
                               const KinematicsLanes& kinematics, const DyadicLanes& terms,
@@ -56,6 +58,7 @@ PALPATE_INLINE void add_force(const typename ElementBatch<kNodes>::Point& point,
   }
 }
 
+// Adds K_ab of element_batch.hpp for a >= b.
 template <int kNodes>
 PALPATE_INLINE void add_stiffness(const typename ElementBatch<kNodes>::Point& point,
                                   const KinematicsLanes& kinematics, const DyadicLanes& terms,

@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-// Sizes and arrays of four elements, each number in four lanes.
+// Nodal vectors of four elements: [node][axis].
 template <int kNodes>
 using NodalLanes = std::array<std::array<Lanes, 3>, kNodes>;
 // The lower triangle of an element stiffness, a >= b over the element's dofs, column by column.
@@ -74,7 +74,7 @@ NodalLanes<kNodes> gather(const ElementBatch<kNodes>& batch, const double* value
   return nodal;
 }
 
-// Adds the nodal values of the first `count` lanes to an array of 3 per node.
+// Adds the nodal values of the first `lanes` lanes to an array of 3 per node.
 template <int kNodes>
 void scatter(const ElementBatch<kNodes>& batch, int lanes, const NodalLanes<kNodes>& nodal, double* values) {
   for (size_t a = 0; a < kNodes; ++a) {
@@ -92,7 +92,7 @@ struct BatchKernels {
   using Stiffness = StiffnessLanes<kNodes>;
 
   void (*deform)(const Point& point, const NodalLanes<kNodes>& displacement, KinematicsLanes& kinematics);
-  // Both functions add to their output.
+  // The next two functions add to their last argument.
   void (*add_force)(const Point& point, const KinematicsLanes& kinematics, const DyadicLanes& terms,
                     NodalLanes<kNodes>& force);
   void (*add_stiffness)(const Point& point, const KinematicsLanes& kinematics, const DyadicLanes& terms,
@@ -102,7 +102,7 @@ struct BatchKernels {
 // kNodes is 4 or 10.
 template <int kNodes>
 const BatchKernels<kNodes>& batch_kernels();
-// The baseline instruction set, with the same bits.
+// The operations for the baseline instruction set, which give the same bits.
 template <int kNodes>
 const BatchKernels<kNodes>& portable_batch_kernels();
 

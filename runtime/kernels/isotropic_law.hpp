@@ -1,23 +1,22 @@
 // Isotropic laws that depend on more than I1 and J: energy, stress and tangent in the principal frame.
 //
-// With F = sum_p l_p n_p N_p^T (n, N orthonormal, l_p > 0) and W(l_1, l_2, l_3), w_p = dW/dl_p, w_pr =
-// d2W/dl_p dl_r:
+// With F = sum_p l_p n_p N_p^T (n, N orthonormal, l_p > 0), w_p = dW/dl_p, w_pr = d2W/dl_p dl_r:
 //
 //   P = sum_p w_p n_p N_p^T
 //   n_p . dP N_p = sum_r w_pr dF_rr                                       dF_pq = n_p . dF N_q
 //   n_p . dP N_q = (k+ + k-)/2 dF_pq + (k+ - k-)/2 dF_qp,  p != q
 //   k+ = (w_p - w_q) / (l_p - l_q),   k- = (w_p + w_q) / (l_p + l_q)
 //
-// This is the derivative of the polar decomposition (Smith, de Goes, Kim 2019, "Analytic eigensystems for
-// isotropic distortion energies"). As l_p -> l_q, k+ -> (w_pp + w_qq)/2 - w_pq. The code takes this limit
-// where the quotient would lose more digits.
+// Source: Smith, de Goes, Kim 2019, "Analytic eigensystems for isotropic distortion energies". As l_p -> l_q,
+// k+ -> (w_pp + w_qq)/2 - w_pq. The code takes this limit where the quotient would lose more digits.
 //
-// OGDEN, Abaqus Theory Guide:  W = sum_i 2 mu_i / alpha_i^2 (q_1^alpha_i + q_2^alpha_i + q_3^alpha_i - 3) +
-// U(J), q_p = J^(-1/3) l_p. Let s_p = q_p^alpha and m their mean. As ds_p/dl_r = alpha s_p (delta_pr - 1/3) /
-// l_r,
+// OGDEN, Abaqus Theory Guide:
 //
+//   W = sum_i 2 mu_i / alpha_i^2 (q_1^alpha_i + q_2^alpha_i + q_3^alpha_i - 3) + U(J),  q_p = J^(-1/3) l_p
 //   w_p  = sum_i 2 mu_i / alpha_i (s_p - m) / l_p + U' J / l_p
-//   w_pr = sum_i 2 mu_i (s_p delta_pr - (s_p + s_r)/3 + m/3) / (l_p l_r) + (U'' J^2 + U' J) / (l_p l_r) - delta_pr w_p / l_p
+//   w_pr = [sum_i 2 mu_i (s_p delta_pr - (s_p + s_r - m)/3) + U'' J^2 + U' J] / (l_p l_r) - delta_pr w_p/l_p
+//
+// with s_p = q_p^alpha_i, m the mean of s_p over p, and ds_p/dl_r = alpha_i s_p (delta_pr - 1/3) / l_r.
 //
 // MOONEY-RIVLIN has two Ogden terms: mu = 2 C10, alpha = 2 and mu = 2 C01, alpha = -2.
 //
@@ -54,9 +53,9 @@ struct OgdenLaw {
   double inverse_d[3];
 };
 
-// Energy per volume at rest; matrices at [i][J].
+// Energy, stress and tangent of a law at one F. Matrices are indexed [i][J].
 struct PrincipalTangent {
-  double energy;
+  double energy;  // per reference volume
   double first_piola_kirchhoff[3][3];
   double current[3][3];    // n_p, a row each
   double reference[3][3];  // N_p
@@ -66,16 +65,15 @@ struct PrincipalTangent {
 };
 
 struct PrincipalFrame {
-  double stretch[3];
-  double current[3][3];
-  double reference[3][3];
+  double stretch[3];       // l_p
+  double current[3][3];    // n_p, a row each
+  double reference[3][3];  // N_p, a row each
 };
 
-// Jacobi rotations of F^T F. A stretch of 1e-8 times the largest stretch loses half its digits, far beyond
-// physical stretches.
+// Diagonalises F^T F by Jacobi rotations. A stretch of 1e-8 times the largest stretch loses half its digits.
 inline PrincipalFrame principal_frame(const double F[3][3]) {
   constexpr int kMostSweeps = 12;
-  constexpr double kNothing = 1e-33;  // relative to the squared trace
+  constexpr double kNegligible = 1e-33;  // squared off-diagonal entries over the squared trace
   double C[3][3];
   double N[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   for (int i = 0; i < 3; ++i) {
@@ -84,7 +82,7 @@ inline PrincipalFrame principal_frame(const double F[3][3]) {
   const double trace = C[0][0] + C[1][1] + C[2][2];
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     const double off = C[0][1] * C[0][1] + C[0][2] * C[0][2] + C[1][2] * C[1][2];
-    if (!(off > kNothing * trace * trace)) break;
+    if (!(off > kNegligible * trace * trace)) break;
     for (int p = 0; p < 2; ++p) {
       for (int q = p + 1; q < 3; ++q) {
         if (C[p][q] == 0) continue;
@@ -92,14 +90,14 @@ inline PrincipalFrame principal_frame(const double F[3][3]) {
         const double t = (theta < 0 ? -1.0 : 1.0) / (fabs(theta) + sqrt(theta * theta + 1));
         const double c = 1 / sqrt(t * t + 1);
         const double s = t * c;
-        const auto turn = [&](double& a, double& b) {
+        const auto rotate = [&](double& a, double& b) {
           const double old = a;
           a = c * old - s * b;
           b = s * old + c * b;
         };
-        for (int k = 0; k < 3; ++k) turn(C[k][p], C[k][q]);
-        for (int k = 0; k < 3; ++k) turn(C[p][k], C[q][k]);
-        for (int k = 0; k < 3; ++k) turn(N[p][k], N[q][k]);
+        for (int k = 0; k < 3; ++k) rotate(C[k][p], C[k][q]);
+        for (int k = 0; k < 3; ++k) rotate(C[p][k], C[q][k]);
+        for (int k = 0; k < 3; ++k) rotate(N[p][k], N[q][k]);
       }
     }
   }
@@ -117,7 +115,7 @@ inline PrincipalFrame principal_frame(const double F[3][3]) {
   return frame;
 }
 
-// Completes stress and tangent from w_p and from w_pr, which is in `tangent`.
+// Computes the stress from w_p, and the tangent from w_p and from w_pr in `tangent.second`.
 inline void complete_tangent(const PrincipalFrame& frame, const double w[3], PrincipalTangent& tangent) {
   // (w_p - w_q) / (l_p - l_q) has a relative error of about 1e-16 / gap, and its limit an error of gap^2.
   constexpr double kSmallestGap = 1e-5;
@@ -153,7 +151,7 @@ inline PrincipalTangent ogden_tangent(const OgdenLaw& law, const double F[3][3])
   const VolumetricResponse volumetric = volumetric_response(law.inverse_d, J);
   PrincipalTangent tangent;
   tangent.energy = volumetric.energy;
-  double w[3];  // scaled by l_p, as w_pr by l_p l_r, until the sum is complete
+  double w[3];  // until the sums are complete: w_p l_p, and w_pr l_p l_r + delta_pr w_p l_p in `second`
   for (int p = 0; p < 3; ++p) {
     w[p] = volumetric.first * J;
     for (int r = 0; r < 3; ++r) tangent.second[p][r] = J * (volumetric.second * J + volumetric.first);

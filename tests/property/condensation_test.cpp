@@ -126,7 +126,7 @@ TEST(Condensation, BeginsAnewInMidFront) {
     ASSERT_TRUE(begin_condensation(anew.outside(), &anew.whole, anew.scratch, anew.exterior));
     advance_condensation(anew.outside(), operations, anew.scratch, anew.exterior, spent);
   }
-  ASSERT_TRUE(anew.advance(&anew.whole, anew.zone_of_lane.data(), anew.exterior));
+  ASSERT_TRUE(anew.advance(&anew.whole, anew.zone_of_simd_lane.data(), anew.exterior));
   const size_t size = size_t{once.exterior.schur_stride} * once.exterior.schur_stride;
   for (size_t i = 0; i < size; ++i) ASSERT_EQ(once.exterior.schur[i], anew.exterior.schur[i]);
 }

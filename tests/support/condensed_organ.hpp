@@ -55,14 +55,18 @@ struct CondensedOrgan {
     }
     std::fill_n(whole.roles, pack.organ.num_nodes, NodeRole::eliminated);
     mark_zone(zone_elements);
-    zone_of_lane.resize(most_lanes(pack));
-    list_zones(pack.organ, elements, is_zone_element.data(), zone_of_lane.data());
+    zone_of_simd_lane.resize(most_simd_lanes(pack));
+    list_zones(pack.organ, elements, is_zone_element.data(), zone_of_simd_lane.data());
   }
 
-  bool run() { return advance(nullptr, nullptr, whole) && advance(&whole, zone_of_lane.data(), exterior); }
+  bool run() {
+    return advance(nullptr, nullptr, whole) && advance(&whole, zone_of_simd_lane.data(), exterior);
+  }
 
   // What is outside of the zone.
-  Exterior outside() const { return {pack, kernel, front_of, elements, zone_of_lane.data(), rest.data()}; }
+  Exterior outside() const {
+    return {pack, kernel, front_of, elements, zone_of_simd_lane.data(), rest.data()};
+  }
 
   bool advance(const Condensation* shared, const uint8_t* without, Condensation& condensation) {
     const Exterior what = {pack, kernel, front_of, elements, without, rest.data()};
@@ -127,7 +131,7 @@ struct CondensedOrgan {
   const pal_pack& pack;
   OrganTree tree;
   std::vector<uint8_t> is_zone_element;
-  std::vector<uint8_t> zone_of_lane;
+  std::vector<uint8_t> zone_of_simd_lane;
   std::vector<double> rest;
   EliminationKernel kernel = choose_elimination_kernel();
   OrganElements elements;

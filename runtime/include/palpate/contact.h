@@ -1,4 +1,4 @@
-/* Contact frames: displacements of sites in, forces out. For a caller who finds contacts himself. */
+/* Contact frames, for a caller with its own contact search: displacements of sites in, forces out. */
 #ifndef PALPATE_CONTACT_H
 #define PALPATE_CONTACT_H
 
@@ -8,16 +8,16 @@
 extern "C" {
 #endif
 
-/* The patch of a site, held and moved as one body. Along each axis of the organ frame either the displacement is given
- * or the force; the other number of that axis is not read. A contact between sites answers as the mean of the three
- * sites at the corners of its triangle, with its weights. This struct does not grow. */
+/* The patch of a site, held and moved as one body. Along each axis of the organ frame the caller gives either
+ * the displacement or the force, and the other number is ignored. A contact between sites answers as the mean
+ * of the three sites at the corners of its triangle, with its weights. This struct does not grow. */
 typedef struct pal_contact {
   uint32_t site;
-  double displacement[3];      /* of the patch from rest: m */
-  uint32_t force_axes;         /* bit 0, 1, 2: the force is given along x, y, z. 0: the displacement is */
-  double force[3];             /* that the tool applies to the tissue: N */
-  uint32_t neighbours[2];      /* the other two corners; any site where the weight is 0 */
-  double neighbour_weights[2]; /* >= 0, of sum <= 1; `site` has the rest. 0, 0: at `site` */
+  double displacement[3];      /* displacement of the patch from rest: m */
+  uint32_t force_axes;         /* bit 0, 1, 2: the force is given along x, y, z; else the displacement */
+  double force[3];             /* force of the tool on the tissue: N */
+  uint32_t neighbours[2];      /* sites of the other two corners; any site if the weight is 0 */
+  double neighbour_weights[2]; /* >= 0, sum <= 1; `site` has the remaining weight. 0, 0: at `site` */
 } pal_contact;
 
 /* The contact at a surface point, moved by `displacement` (m). */
@@ -35,44 +35,44 @@ static inline pal_contact pal_contact_at(const pal_surface_point* point,
 
 /* The answer to one contact, organ frame. This struct does not grow. */
 typedef struct pal_contact_result {
-  double force[3];        /* that the tool must apply to the tissue: N. A device plays its negative */
-  double displacement[3]; /* of the patch: as given, or as the given force makes it: m */
-  /* d force / d displacement of this contact, the others held: N/m, symmetric. That of nonlinear_zone is up to
-   * PAL_ZONE_STIFFNESS_FRAMES frames old. */
+  double force[3];        /* force that the tool must apply to the tissue: N. A device plays its negative */
+  double displacement[3]; /* displacement of the patch, as given or by the given force: m */
+  /* d force / d displacement of this contact, with the others held: N/m, symmetric. The stiffness of
+   * nonlinear_zone is up to PAL_ZONE_STIFFNESS_FRAMES frames old. */
   double stiffness[3][3];
-  pal_model model; /* that answered */
+  pal_model model; /* model that answered */
   uint32_t flags;  /* PAL_FLAG_... */
   /* Estimated bound of 95 % of the errors: largest error of any shown node over |displacement|. 1: unknown */
   double displacement_error;
   double force_error; /* the same of |error of force| / |force|. 1: unknown */
 } pal_contact_result;
 
-/* Forces and stiffness for exactly these contacts [count]; count 0: the tissue is at rest. No blending, no limits and no
- * tools: the contacts that tools hold come back with the next haptic frame. `results`: [count], may be NULL; `contacts`
- * may be NULL where count is 0. Real-time safe: yes; docs/embedding.md has the cost. */
+/* Computes forces and stiffness for exactly these contacts [count], without blending and limits. Count 0: no
+ * contacts; `contacts` may then be NULL. Contacts that tools hold come back with the next haptic frame.
+ * `results`: [count], may be NULL. Real-time safe: yes; docs/embedding.md has the cost. */
 PAL_NODISCARD PAL_API pal_status pal_contact_frame(pal_session* session, const pal_contact* contacts,
                                                    uint32_t count, pal_contact_result* results) PAL_NOEXCEPT;
 
-/* How the patches of contacts 0 .. count - 1 are turned about their points in contact frames from now on: unit
- * quaternions w, x, y, z, [count][4], organ frame, at most a quarter turn. Further contacts are not turned; `orientations`
- * may be NULL where count is 0. PAL_STATUS_NO_SUCH_MODEL: pal_session_config::patches_turn is 0. Real-time safe: yes. */
+/* Turns the patches of contacts 0 .. count - 1 about their points in later contact frames, and no others.
+ * `orientations`: [count][4] unit quaternions w, x, y, z, organ frame, at most a quarter turn; may be NULL if
+ * count is 0. PAL_STATUS_NO_SUCH_MODEL: pal_session_config::patches_turn is 0. Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_session_set_orientations(pal_session* session,
                                                               const double* orientations,
                                                               uint32_t count) PAL_NOEXCEPT;
 
-/* The torque of one contact, organ frame. With pal_contact_result::stiffness and the transpose of by_displacement it
- * makes the 6 x 6 stiffness. Rotations are small, about the axes of the frame. */
+/* The torque of one contact, organ frame. pal_contact_result::stiffness, by_displacement with its transpose,
+ * and by_rotation form the 6 x 6 stiffness. Rotations are small, about the axes of the frame. */
 typedef struct pal_contact_torque {
   uint32_t struct_size;
   uint32_t reserved;            /* 0 */
-  double torque[3];             /* about the patch's point where it has moved to: N m */
+  double torque[3];             /* torque about the displaced point of the patch: N m */
   double by_displacement[3][3]; /* d torque / d displacement: N */
   double by_rotation[3][3];     /* d torque / d rotation: N m; symmetric where the torque is zero */
 } pal_contact_torque;
 
-/* The torque of a contact of the last frame, which must have been a contact frame answered by nonlinear_zone, else
- * PAL_STATUS_MODEL_CANNOT_ANSWER. PAL_STATUS_BAD_ARGUMENT: the frame had no such contact. Set torque->struct_size first.
- * Real-time safe: yes. */
+/* Returns the torque of a contact of the last frame. PAL_STATUS_MODEL_CANNOT_ANSWER: the last frame was not a
+ * contact frame answered by nonlinear_zone. PAL_STATUS_BAD_ARGUMENT: the frame had no such contact. Set
+ * torque->struct_size first. Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_session_get_torque(const pal_session* session, uint32_t contact,
                                                         pal_contact_torque* torque) PAL_NOEXCEPT;
 

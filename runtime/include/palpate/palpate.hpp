@@ -1,5 +1,5 @@
-// The C API as classes: Pack closes its pack at the end of its scope, arrays are spans, and the caller's struct sizes are
-// set. No behaviour of its own, no exceptions, no allocation.
+// The C API as classes: Pack closes its pack at the end of its scope, arrays are spans, and struct sizes are
+// set. The classes add no behaviour, exceptions or allocation.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -43,7 +43,7 @@ class Pack {
     pal_pack_close(pack_);
     pack_ = nullptr;
   }
-  // Zeros where no pack is open, as geometry().
+  // info() and geometry() return zeros if no pack is open.
   [[nodiscard]] pal_pack_info info() const noexcept {
     auto info = detail::sized<pal_pack_info>();
     if (pal_pack_get_info(pack_, &info) != PAL_STATUS_OK) return {};
@@ -70,7 +70,7 @@ class Pack {
                                               pal_surface_point& point) const noexcept {
     return pal_pack_find_surface_point(pack_, position, &point);
   }
-  // Of all packed nodes, both as rows without gaps.
+  // All packed nodes; by default rows without gaps.
   [[nodiscard]] pal_status compute_normals(const pal_real* displacements, pal_real* normals,
                                            size_t displacement_stride = 3 * sizeof(pal_real),
                                            size_t normal_stride = 3 * sizeof(pal_real)) const noexcept {
@@ -96,7 +96,7 @@ class Session {
                                 std::span<unsigned char> arena) noexcept {
     return pal_session_init(pack.get(), &config, arena.data(), arena.size(), &session_);
   }
-  // Zeros where no session has started, as counters().
+  // config() and counters() return zeros if no session has started.
   [[nodiscard]] pal_session_config config() const noexcept {
     auto config = detail::sized<pal_session_config>();
     if (pal_session_get_config(session_, &config) != PAL_STATUS_OK) return {};
@@ -110,11 +110,11 @@ class Session {
   [[nodiscard]] pal_status set_fixed(std::span<const uint32_t> contact_nodes) noexcept {
     return pal_session_set_fixed(session_, contact_nodes.data(), detail::count_of(contact_nodes));
   }
-  // [3], or nullptr: the scene's.
+  // `acceleration`: [3]; nullptr: the scene's gravity.
   [[nodiscard]] pal_status set_gravity(const double* acceleration) noexcept {
     return pal_session_set_gravity(session_, acceleration);
   }
-  // nullptr: none.
+  // `inclusion`: nullptr removes the inclusion.
   [[nodiscard]] pal_status set_inclusion(const pal_inclusion* inclusion) noexcept {
     return pal_session_set_inclusion(session_, inclusion);
   }
@@ -125,7 +125,7 @@ class Session {
     if (results.size() != contacts.size()) return PAL_STATUS_BAD_ARGUMENT;
     return pal_contact_frame(session_, contacts.data(), detail::count_of(contacts), results.data());
   }
-  // [count][4].
+  // `orientations`: [count][4].
   [[nodiscard]] pal_status set_orientations(const double* orientations, uint32_t count) noexcept {
     return pal_session_set_orientations(session_, orientations, count);
   }
@@ -145,7 +145,7 @@ class Session {
   [[nodiscard]] pal_status clear_touch(uint32_t tool) noexcept {
     return pal_tool_set_touch(session_, tool, nullptr);
   }
-  // Poses of the first tools, just measured, or as old as `ages` says; results of as many tools as there is room for.
+  // `poses`: of the first tools. `ages`: as long as `poses`, or empty: 0. `results`: of the first tools.
   [[nodiscard]] pal_status haptic_frame(double dt, std::span<const pal_pose> poses,
                                         std::span<pal_tool_result> results,
                                         std::span<const double> ages = {}) noexcept {
@@ -168,7 +168,7 @@ class Session {
     return pal_visual_frame(session_, displacements, stride_bytes);
   }
 
-  // On the thread of haptic frames or on one of its own.
+  // May run on the thread of haptic frames, or on one more thread.
   [[nodiscard]] pal_status refine(uint64_t operations = 0) noexcept {
     return pal_session_refine(session_, operations, nullptr);
   }

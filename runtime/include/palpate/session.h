@@ -21,44 +21,44 @@ typedef uint64_t (*pal_clock)(void* user);
 
 typedef struct pal_session_config {
   uint32_t struct_size;
-  uint32_t max_contacts;  /* held at once by all tools together: 1 .. 64. Default: as the scene asks for */
+  uint32_t max_contacts;  /* contacts of all tools together: 1 .. 64. Default: the scene's */
   uint32_t max_fixed;     /* nodes fixed at run time: 0 .. 1024. Default: 0 */
   pal_model model;        /* default: PAL_MODEL_AUTO */
   uint32_t max_tools;     /* 0 .. 16. Default: 4 */
   uint32_t max_requested; /* nodes that pal_session_request_nodes may name: 0 .. num_nodes. Default: 0 */
-  pal_pose organ;         /* organ frame in the world. Default: the two are the same */
-  double blend_seconds; /* a jump of a tool's force fades out over this time: s. 0: it jumps. Default: 0.01 */
-  double stale_seconds; /* age of input from which a tool's force ramps to zero: s. 0: never. Default: 0.05 */
-  double ramp_seconds;  /* duration of that ramp, and of the ramp back: s. Default: 0.05 */
-  /* Limits of each tool: N, N m, N/s, N m/s. Beyond a limit, force and torque are scaled alike. INFINITY: no limit.
-   * 0, the default, means for max_force: five times the largest force of any site at max_displacement, by the site's
-   * stiffness at rest. For max_force_rate: that force, or a smaller max_force, in 10 ms. For torques: no limit.
-   * The rates do not hold back a force that fades to zero (PAL_FLAG_STALE, PAL_FLAG_HELD). */
+  pal_pose organ;         /* pose of the organ frame in the world. Default: the frames coincide */
+  double blend_seconds;   /* time to fade out a jump of a tool's force: s. 0: no fading. Default: 0.01 */
+  double stale_seconds;   /* age of input at which the force ramps to zero: s. 0: never. Default: 0.05 */
+  double ramp_seconds;    /* duration of the ramp to zero, and of the ramp back: s. Default: 0.05 */
+  /* Limits of each tool: N, N m, N/s, N m/s. One factor scales force and torque to the limits. INFINITY: no
+   * limit. 0, the default, means for max_force five times the largest force of any site at max_displacement,
+   * by the site's stiffness at rest; for max_force_rate this force, or a smaller max_force, in 10 ms; for
+   * torques no limit. The rates do not limit a force that fades to zero (PAL_FLAG_STALE, PAL_FLAG_HELD). */
   double max_force;
   double max_torque;
   double max_force_rate;
   double max_torque_rate;
-  /* Time that one haptic frame spends on preparing linear_dd for new contacts or fixed nodes: s. The contacts of before
-   * answer meanwhile, and new contacts as if alone. 0: each frame prepares to the end, however long that takes. Default: 0.
-   * pal_session_refine prepares zones. */
+  /* Time that one haptic frame spends on preparing linear_dd for new contacts or fixed nodes: s. Meanwhile
+   * the old contacts answer, and new contacts as if alone. 0, the default: a frame ends each preparation,
+   * however long. pal_session_refine prepares zones. */
   double budget_seconds;
   double seconds_per_operation; /* time of one multiply-add: s. 0, the default: measured at init by `clock` */
-  pal_clock clock;              /* may be NULL where init measures nothing. No frame reads it */
+  pal_clock clock;              /* may be NULL if init measures nothing. Frames never read the clock */
   void* clock_user;             /* argument of `clock` */
   uint32_t zone_rings; /* nonlinear_zone: rings of elements about a patch, 1 .. the pack's. Default 0: all */
   uint32_t zone_iterations; /* nonlinear_zone: Newton iterations of a frame, 1 .. 16. Default 0: 4 */
-  /* 1: patches turn with the tools that hold them, up to a quarter turn, and tools feel the torque; nonlinear_zone alone
-   * answers. 0, the default: patches only translate. */
+  /* 1: patches turn with their tools, up to a quarter turn, and tools feel the torque. Only nonlinear_zone
+   * answers turns. 0, the default: patches only translate. */
   uint32_t patches_turn;
   uint32_t reserved; /* 0 */
 } pal_session_config;
 
-/* Fills the defaults, and the limits as numbers. Set config->struct_size first. `pack` may be NULL: then one contact,
- * and limits of 0. Real-time safe: yes. */
+/* Fills in the defaults, and the limits as numbers. Set config->struct_size first. `pack` may be NULL: the
+ * config then has one contact, and limits of 0. Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_session_fill_config(const pal_pack* pack,
                                                          pal_session_config* config) PAL_NOEXCEPT;
 
-/* The same as a value. It is compiled into the caller, whose struct size it sets. */
+/* Returns the defaults as a value. Compiled into the caller, the function sets the caller's struct size. */
 static inline pal_session_config pal_default_session_config(const pal_pack* pack) PAL_NOEXCEPT {
   pal_session_config config = PAL_ZERO;
   config.struct_size = (uint32_t)sizeof config;
@@ -67,46 +67,46 @@ static inline pal_session_config pal_default_session_config(const pal_pack* pack
   return config;
 }
 
-/* The exact number of arena bytes that a session needs. Real-time safe: yes. */
+/* Computes the exact number of arena bytes that a session needs. Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_session_required_bytes(const pal_pack* pack,
                                                             const pal_session_config* config,
                                                             size_t* bytes) PAL_NOEXCEPT;
 
-/* Starts a session at the start of `arena`, aligned to 64. There is nothing to free: the arena is the caller's again when
- * the session is no longer used. Real-time safe: yes. */
+/* Starts a session in `arena`, aligned to 64. There is nothing to free: after the last call the caller may
+ * reuse the arena. Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_session_init(const pal_pack* pack, const pal_session_config* config,
                                                   void* arena, size_t arena_bytes,
                                                   pal_session** session) PAL_NOEXCEPT;
 
-/* The session's config, completed by the defaults. Set config->struct_size first. Real-time safe: yes. */
+/* Returns the session's complete config. Set config->struct_size first. Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_session_get_config(const pal_session* session,
                                                         pal_session_config* config) PAL_NOEXCEPT;
 
-/* Fixes exactly these contact nodes [count] at zero displacement from the next frame on, beside the model's own fixed
- * nodes. Count 0 releases all; `contact_nodes` may then be NULL. A fixed node that a contact holds stays fixed.
- * PAL_STATUS_MODEL_CANNOT_ANSWER: no model of the session takes so many. Real-time safe: yes. */
+/* Fixes exactly these contact nodes [count] at zero displacement from the next frame on, beside the model's
+ * fixed nodes. Count 0 releases all; `contact_nodes` may then be NULL. A fixed node stays fixed in a contact.
+ * PAL_STATUS_MODEL_CANNOT_ANSWER: no model of the session can fix this many. Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_session_set_fixed(pal_session* session, const uint32_t* contact_nodes,
                                                        uint32_t count) PAL_NOEXCEPT;
 
-/* Gravity as the organ is tilted: [3], world axes, m/s^2, up to ten times the scene's. NULL: the scene's again.
- * Displacements of contacts stay from rest under the scene's gravity. PAL_STATUS_NO_SUCH_MODEL: gravity may not turn in
- * this pack. Real-time safe: yes. */
+/* Sets gravity for a tilted organ: [3], world axes, m/s^2, up to ten times the scene's gravity. NULL restores
+ * the scene's gravity. Contacts still move from rest under the scene's gravity. PAL_STATUS_NO_SUCH_MODEL:
+ * gravity may not turn in this pack. Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_session_set_gravity(pal_session* session,
                                                          const double* acceleration) PAL_NOEXCEPT;
 
-/* A ball of tissue that is stiffer or softer than the pack's, as a tumour is. */
+/* A ball of stiffer or softer tissue, such as a tumour. */
 typedef struct pal_inclusion {
   uint32_t struct_size;
   uint32_t reserved; /* 0 */
   double centre[3];  /* at rest, organ frame: m */
-  double radius; /* at which half of the change is reached: m. The change spreads over a mean surface edge */
-  double stiffness; /* relative to the pack's tissue: 0.01 .. 100 */
+  double radius;     /* radius of half the change: m. The change spreads over a mean surface edge */
+  double stiffness;  /* relative to the pack's tissue: 0.01 .. 100 */
 } pal_inclusion;
 
-/* Places or moves the inclusion, from the next frame on. NULL removes it. It acts in the nonlinear zone at once, and
- * wherever it is after an iteration of pal_session_refine. Until then its error is not estimated
- * (docs/response_models.md). Set inclusion->struct_size first. PAL_STATUS_NO_SUCH_MODEL: the session has no
- * nonlinear_zone. Real-time safe: yes. */
+/* Places or moves the inclusion, from the next frame on. NULL removes the inclusion. It acts in the nonlinear
+ * zone at once, and in the whole organ after an iteration of pal_session_refine. Until then errors are not
+ * estimated (docs/response_models.md). Set inclusion->struct_size first. PAL_STATUS_NO_SUCH_MODEL: the
+ * session has no nonlinear_zone. Real-time safe: yes. */
 PAL_NODISCARD PAL_API pal_status pal_session_set_inclusion(pal_session* session,
                                                            const pal_inclusion* inclusion) PAL_NOEXCEPT;
 

@@ -13,7 +13,7 @@ class Arena {
 
   explicit Arena(void* memory) : base_(static_cast<unsigned char*>(memory)) {}
 
-  // Takes `count` elements, starting on a cache line; nullptr while counting.
+  // Takes `count` elements that start on a cache line. Returns nullptr while counting.
   template <typename T>
   T* take(size_t count) {
     unsigned char* place = base_ == nullptr ? nullptr : base_ + used_;

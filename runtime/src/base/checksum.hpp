@@ -6,10 +6,10 @@
 
 namespace palpate {
 
-// XXH3-64.
+// The XXH3-64 hash.
 uint64_t digest_of_bytes(const void* bytes, size_t count);
 
-// pack::checksum_of.
+// The checksum of a pack (schemas/pack_checksum.hpp).
 uint64_t checksum_of_file(const unsigned char* bytes, size_t count);
 
 }  // namespace palpate

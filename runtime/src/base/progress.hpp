@@ -1,4 +1,4 @@
-// Work that is done in slices.
+// The state of work that its caller advances in slices. `goes_on`: call again.
 #pragma once
 
 #include <stdint.h>

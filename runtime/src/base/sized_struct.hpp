@@ -1,7 +1,7 @@
 // Structs that grow from release to release. The first member, `struct_size`, is the size that the caller was
 // compiled with. A member that one side does not know has its default:
 // - A smaller struct comes from an older caller, and lacks the newer members.
-// - A larger struct comes from a newer caller. Its unknown members must be zero, which is their default by rule.
+// - A larger struct comes from a newer caller. Its unknown members must be zero, their default by rule.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -32,7 +32,7 @@ pal_status read_sized(const T& from, uint32_t first_bytes, T& to) {
   return PAL_STATUS_OK;
 }
 
-// Copies the members that both sides know to the caller's struct. Members that only the caller knows become zero.
+// Copies the members that both sides know to the caller's struct. The caller's other members become zero.
 template <typename T>
 pal_status write_sized(const T& from, uint32_t first_bytes, T& to) {
   const uint32_t bytes = valid_size(to.struct_size, first_bytes);

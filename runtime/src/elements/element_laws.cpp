@@ -32,12 +32,12 @@ PrincipalTangent principal_tangent(const pack::ZoneMaterial& material, const Kin
   return ogden_tangent({{c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}}, F);
 }
 
-bool is_of_strain(const pack::ZoneMaterial& material) {
+bool has_strain_measure(const pack::ZoneMaterial& material) {
   return material.law == pack::ZoneLaw::st_venant_kirchhoff;
 }
 
 double volume_measure(const pack::ZoneMaterial& material, double I1, double J) {
-  return is_of_strain(material) ? 0.5 * (I1 - 1.0) : J;
+  return has_strain_measure(material) ? 0.5 * (I1 - 1.0) : J;
 }
 
 VolumeTerm volume_term(const pack::ZoneMaterial& material, double measure) {
@@ -55,7 +55,7 @@ void replace_pressure(const pack::ZoneMaterial& material, double I1, double J, d
                       DyadicTangent& terms) {
   const VolumeTerm own = volume_term(material, volume_measure(material, I1, J));
   const double change = pressure - own.pressure;
-  if (is_of_strain(material)) {
+  if (has_strain_measure(material)) {
     terms.identity += change;
     terms.ff -= own.stiffness;
   } else {

@@ -1,4 +1,4 @@
-// The laws of a pack's materials (pack::ZoneMaterial), by those of runtime/kernels.
+// Evaluates the law of a pack's material (pack::ZoneMaterial) with runtime/kernels.
 #pragma once
 
 #include "runtime/kernels/dyadic_tangent.hpp"
@@ -8,32 +8,32 @@
 
 namespace palpate {
 
-// Whether the law is one of dyadic_tangent.hpp; the others are of principal_tangent().
+// Whether the law is in dyadic_tangent.hpp. The other laws are in isotropic_law.hpp.
 bool is_dyadic(const pack::ZoneMaterial& material);
 
 DyadicTangent dyadic_tangent(const pack::ZoneMaterial& material, double I1, double J);
 double dyadic_energy(const pack::ZoneMaterial& material, double I1, double J);
 
-// The tangent and the energy of a lane.
+// Evaluates a law of isotropic_law.hpp in one lane: energy, stress and tangent.
 PrincipalTangent principal_tangent(const pack::ZoneMaterial& material, const KinematicsLanes& kinematics,
                                    int lane);
 
-// U of offline/material/volume_split.hpp, U' and U''.
+// The volumetric energy U(theta) of a law (offline/material/volume_split.hpp), per reference volume.
 struct VolumeTerm {
-  double energy;
-  double pressure;
-  double stiffness;
+  double energy;     // U
+  double pressure;   // U'
+  double stiffness;  // U''
 };
 
-// Whether U is of the strain's trace instead of J.
-bool is_of_strain(const pack::ZoneMaterial& material);
+// Whether theta = 1 + tr E with the Green strain E; else theta = J.
+bool has_strain_measure(const pack::ZoneMaterial& material);
 
-// The argument of U.
+// Returns theta.
 double volume_measure(const pack::ZoneMaterial& material, double I1, double J);
 
 VolumeTerm volume_term(const pack::ZoneMaterial& material, double measure);
 
-// Puts a pressure in place of the element's own U'.
+// Replaces the element's own U' by `pressure` in `terms`, and its own U'' by zero.
 void replace_pressure(const pack::ZoneMaterial& material, double I1, double J, double pressure,
                       DyadicTangent& terms);
 

@@ -1,4 +1,4 @@
-// Adds the stiffness of elements to the lower triangle of a matrix, by the unknowns that move their nodes (ZoneUnknowns).
+// Adds the stiffness of elements to a matrix, at the unknowns that move their nodes (ZoneUnknowns).
 #pragma once
 
 #include <string.h>
@@ -8,19 +8,19 @@
 
 namespace palpate {
 
-// Of entry (row, column) of an element's lower triangle.
+// Returns the index of entry (row, column), row >= column, in StiffnessLanes of an element.
 constexpr size_t lower_place(size_t nodes, size_t row, size_t column) {
   return column * 3 * nodes - column * (column - 1) / 2 - column + row;
 }
-// A block of an element's stiffness, and where it goes in the lower triangle of a matrix.
+// The lower triangle of a column-major matrix, to which element stiffness is added.
 struct Target {
   float* matrix;
-  uint32_t stride;
+  uint32_t stride;  // floats from column to column
 
   void add(uint32_t row, uint32_t column, double value) const {
     matrix[size_t{column} * stride + row] += static_cast<float>(value);
   }
-  // Of two nodes, to unknowns of their own.
+  // Adds K_ab of two different nodes and, implied by symmetry, K_ba.
   void add_block(const double block[3][3], uint32_t row, uint32_t column, double factor) const {
     for (uint32_t i = 0; i < 3; ++i) {
       for (uint32_t k = 0; k < 3; ++k) {
@@ -29,28 +29,28 @@ struct Target {
           add(row + i, column + k, value);
         } else if (row < column) {
           add(column + k, row + i, value);
-        } else {  // both nodes move as one: the block and its transpose
+        } else {  // the same unknowns move both nodes: K_ab + K_ba
           add(row + (i > k ? i : k), row + (i > k ? k : i), i == k ? 2 * value : value);
         }
       }
     }
   }
-  // Of one node.
-  void add_own(const double block[3][3], uint32_t row, double factor) const {
+  // Adds K_aa of one node.
+  void add_diagonal(const double block[3][3], uint32_t row, double factor) const {
     for (uint32_t i = 0; i < 3; ++i) {
       for (uint32_t k = 0; k <= i; ++k) add(row + i, row + k, factor * block[i][k]);
     }
   }
 };
 
-// Calls use(first unknown, share, arm) for each that moves a node; the arm is null but for a rotation.
+// Calls use(first unknown, share, arm) for each three unknowns that move a node. arm: null for displacements.
 template <typename Use>
 void for_each_master(const ZoneUnknowns& unknowns, int node, Use&& use) {
   const uint32_t place = unknowns.place(node);
-  const uint32_t own = unknowns.of_place[place];
-  if (own == kNoUnknown) return;
-  if (own != kHeldUnknown) {
-    use(own, 1.0, nullptr);
+  const uint32_t unknown = unknowns.of_place[place];
+  if (unknown == kNoUnknown) return;
+  if (unknown != kHeldUnknown) {
+    use(unknown, 1.0, nullptr);
     return;
   }
   for (uint32_t m = unknowns.first_master[place]; m < unknowns.first_master[place + 1]; ++m) {
@@ -60,14 +60,14 @@ void for_each_master(const ZoneUnknowns& unknowns, int node, Use&& use) {
   }
 }
 
-// What a force on a node is to the rotation that moves it: arm x force.
+// Replaces a nodal force by its moment arm x force, the generalised force on the patch rotation.
 inline void take_moment(const double* arm, double force[3]) {
   double moment[3] = {};
   add_cross(arm, force, moment);
   memcpy(force, moment, sizeof moment);
 }
 
-// A block of two nodes, by what moves them: [row's arm]x K [column's arm]x^T.
+// K := [row_arm]x K [column_arm]x^T. A null arm leaves its side unchanged.
 inline void take_moments(const double* row_arm, const double* column_arm, double block[3][3]) {
   for (uint32_t i = 0; i < 3 && column_arm != nullptr; ++i) take_moment(column_arm, block[i]);
   for (uint32_t k = 0; k < 3 && row_arm != nullptr; ++k) {
@@ -77,20 +77,20 @@ inline void take_moments(const double* row_arm, const double* column_arm, double
   }
 }
 
-// The block of two nodes of an element, `row_node` and `column_node` its places, to all that moves them.
+// Adds K_ab of two nodes of an element at all unknowns that move the nodes.
 inline void scatter_block(const double block[3][3], int row_node, int column_node,
                           const ZoneUnknowns& unknowns, const Target& target) {
   for_each_master(unknowns, row_node, [&](uint32_t row, double row_share, const double* row_arm) {
     for_each_master(unknowns, column_node,
                     [&](uint32_t column, double column_share, const double* column_arm) {
-                      const bool is_own = row_node == column_node;
-                      if (is_own && row < column) return;
+                      const bool is_diagonal = row_node == column_node;
+                      if (is_diagonal && row < column) return;
                       double moved[3][3];
                       memcpy(moved, block, sizeof moved);
                       take_moments(row_arm, column_arm, moved);
                       const double factor = row_share * column_share;
-                      if (is_own && row == column) {
-                        target.add_own(moved, row, factor);
+                      if (is_diagonal && row == column) {
+                        target.add_diagonal(moved, row, factor);
                       } else {
                         target.add_block(moved, row, column, factor);
                       }
@@ -98,7 +98,7 @@ inline void scatter_block(const double block[3][3], int row_node, int column_nod
   });
 }
 
-// An element at a node that contacts hold, or at a fixed one. `stiffness`: by lower_place().
+// Adds an element with a held or fixed node. `stiffness`: indexed by lower_place().
 inline void scatter_held(size_t nodes, const int* places, const Lanes* stiffness, int lane,
                          const ZoneUnknowns& unknowns, const Target& target) {
   for (size_t b = 0; b < nodes; ++b) {
@@ -117,6 +117,7 @@ inline void scatter_held(size_t nodes, const int* places, const Lanes* stiffness
   }
 }
 
+// Adds an element without held or fixed nodes. first: [nodes] first unknown of each node.
 inline void scatter_free(size_t nodes, const Lanes* stiffness, int lane, const uint32_t* first,
                          const Target& target) {
   for (size_t b = 0; b < nodes; ++b) {
@@ -138,16 +139,16 @@ inline void scatter_free(size_t nodes, const Lanes* stiffness, int lane, const u
   }
 }
 
-// An element, `places` its nodes.
+// Adds the element of one lane. places: [nodes] its nodes, as ElementBatch::nodes.
 inline void scatter_stiffness(size_t nodes, const int* places, const Lanes* stiffness, int lane,
                               const ZoneUnknowns& unknowns, const Target& target) {
   uint32_t first[kMostElementNodes];
-  bool free = true;
+  bool is_free = true;
   for (size_t a = 0; a < nodes; ++a) {
     first[a] = unknowns.of_place[unknowns.place(places[a])];
-    free = free && first[a] < kHeldUnknown;
+    is_free = is_free && first[a] < kHeldUnknown;
   }
-  if (free) {
+  if (is_free) {
     scatter_free(nodes, stiffness, lane, first, target);
   } else {
     scatter_held(nodes, places, stiffness, lane, unknowns, target);

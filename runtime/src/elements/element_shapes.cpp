@@ -1,4 +1,4 @@
-// The geometry of elements in the mesh.
+// Shape gradients and volumes of elements in the mesh.
 #include <math.h>
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-// dN_a / dL_i, i = 1 .. 3, at an integration point: tetrahedron_shape.hpp says how they come about.
+// Computes dN_a / dL_i, i = 1 .. 3, at an integration point (tetrahedron_shape.hpp).
 void local_gradients(int nodes, int point, double out[kMostElementNodes][3]) {
   if (nodes == 4) {
     for (int a = 0; a < 4; ++a) {
@@ -19,25 +19,25 @@ void local_gradients(int nodes, int point, double out[kMostElementNodes][3]) {
     double L[4];
     const double root = sqrt(5.0);
     for (int i = 0; i < 4; ++i) L[i] = i == point ? (5.0 + 3.0 * root) / 20.0 : (5.0 - root) / 20.0;
-    double free[10][4] = {};  // as if L_0 were independent, too
-    for (int i = 0; i < 4; ++i) free[i][i] = 4.0 * L[i] - 1.0;
+    double independent[10][4] = {};  // dN_a / dL_i as if all four L_i were independent
+    for (int i = 0; i < 4; ++i) independent[i][i] = 4.0 * L[i] - 1.0;
     for (int edge = 0; edge < 6; ++edge) {
       const auto [i, j] = kEdges[edge];
-      free[4 + edge][i] = 4.0 * L[j];
-      free[4 + edge][j] = 4.0 * L[i];
+      independent[4 + edge][i] = 4.0 * L[j];
+      independent[4 + edge][j] = 4.0 * L[i];
     }
     for (int a = 0; a < 10; ++a) {
-      for (int i = 0; i < 3; ++i) out[a][i] = free[a][i + 1] - free[a][0];
+      for (int i = 0; i < 3; ++i) out[a][i] = independent[a][i + 1] - independent[a][0];
     }
   }
 }
 
-// Gradients in the mesh and the volume of the element if it were everywhere as at the point.
+// Computes dN_a / dX at an integration point. Returns det(dX / dL) / 6, the volume if dX / dL were constant.
 double global_gradients(int nodes, const double positions[kMostElementNodes][3], int point,
                         double out[kMostElementNodes][3]) {
   double local[kMostElementNodes][3];
   local_gradients(nodes, point, local);
-  double M[3][3] = {};  // dX_i / dL_j, positions counted from the first
+  double M[3][3] = {};  // dX_i / dL_j, from positions relative to node 0: the local gradients sum to zero
   for (int a = 1; a < nodes; ++a) {
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) M[i][j] += (positions[a][i] - positions[0][i]) * local[a][j];
@@ -76,7 +76,7 @@ void scale_volumes_of(ZoneBatch<kNodes>* batches, uint32_t count, ZonePatch* pat
   }
 }
 
-// Shape gradients and volumes in a lane.
+// Writes the shape gradients and point volumes of a lane. Returns false if a volume is not positive.
 template <int kNodes>
 bool set_shape(const pack::OrganNode* mesh, const pack::OrganElement& element, int lane,
                ElementBatch<kNodes>& elements) {

@@ -5,6 +5,7 @@
 namespace palpate {
 namespace {
 
+// Numbers of elements or batches by kind, and of volume patches.
 struct FrontCounts {
   uint32_t linear;
   uint32_t quadratic;
@@ -27,6 +28,7 @@ uint32_t num_batches(uint32_t elements) {
   return (elements + kLanes - 1) / kLanes;
 }
 
+// Counts the batches of all fronts. No batch holds elements of two fronts.
 FrontCounts count_batches(const OrganView& organ) {
   FrontCounts batches = {};
   for (uint32_t f = 0; f < organ.num_fronts; ++f) {
@@ -85,23 +87,23 @@ bool fill_organ_elements(const pal_pack& pack, OrganElements& elements) {
   return true;
 }
 
-uint32_t most_lanes(const pal_pack& pack) {
+uint32_t most_simd_lanes(const pal_pack& pack) {
   const FrontCounts batches = count_batches(pack.organ);
   return kLanes * (batches.linear + batches.quadratic);
 }
 
 void list_zones(const OrganView& organ, const OrganElements& elements, const uint8_t* zone_of_element,
-                uint8_t* zone_of_lane) {
+                uint8_t* zone_of_simd_lane) {
   for (uint32_t f = 0; f < organ.num_fronts; ++f) {
     const pack::Front& front = organ.fronts[f];
-    uint8_t* linear = zone_of_lane + kLanes * elements.first_linear[f];
-    uint8_t* quadratic = zone_of_lane + kLanes * (elements.all.num_linear + elements.first_quadratic[f]);
+    uint8_t* linear = zone_of_simd_lane + kLanes * elements.first_linear[f];
+    uint8_t* quadratic = zone_of_simd_lane + kLanes * (elements.all.num_linear + elements.first_quadratic[f]);
     for (uint32_t e = front.first_element; e < front.first_element + front.num_elements; ++e)
       *(organ.elements[e].num_nodes == 4 ? linear++ : quadratic++) = zone_of_element[e];
   }
 }
 
-ZoneBatches batches_of_front(const OrganElements& elements, const uint8_t* zone_of_lane, uint8_t zone,
+ZoneBatches batches_of_front(const OrganElements& elements, const uint8_t* zone_of_simd_lane, uint8_t zone,
                              uint32_t front) {
   ZoneBatches batches = elements.all;
   batches.linear += elements.first_linear[front];
@@ -110,10 +112,10 @@ ZoneBatches batches_of_front(const OrganElements& elements, const uint8_t* zone_
   batches.num_quadratic = elements.first_quadratic[front + 1] - elements.first_quadratic[front];
   batches.first_patch = elements.first_patch[front];
   batches.num_patches = elements.first_patch[front + 1] - elements.first_patch[front];
-  if (zone_of_lane == nullptr) return batches;
-  batches.kept_linear.of_lane = zone_of_lane + kLanes * elements.first_linear[front];
+  if (zone_of_simd_lane == nullptr) return batches;
+  batches.kept_linear.of_lane = zone_of_simd_lane + kLanes * elements.first_linear[front];
   batches.kept_quadratic.of_lane =
-      zone_of_lane + kLanes * (elements.all.num_linear + elements.first_quadratic[front]);
+      zone_of_simd_lane + kLanes * (elements.all.num_linear + elements.first_quadratic[front]);
   batches.kept_linear.number = batches.kept_quadratic.number = zone;
   return batches;
 }

@@ -28,9 +28,10 @@ void add_measures(const ZoneBatch<kNodes>* batches, uint32_t count, const double
   }
 }
 
+// Whether `kept` leaves out a patch. A patch is left out as a whole, so its first element decides.
 template <int kNodes>
-bool holds_left_out(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneBatches::Kept& kept,
-                    uint32_t patch) {
+bool leaves_out(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneBatches::Kept& kept,
+                uint32_t patch) {
   for (uint32_t n = 0; n < count && kept.of_lane != nullptr; ++n) {
     for (int lane = 0; lane < batches[n].count; ++lane) {
       if (batches[n].patches[lane] == patch) return !kept.holds(n, lane);
@@ -39,17 +40,17 @@ bool holds_left_out(const ZoneBatch<kNodes>* batches, uint32_t count, const Zone
   return false;
 }
 
-// A volume patch is left out as a whole.
 bool is_left_out(const ZoneBatches& batches, uint32_t patch) {
-  return holds_left_out(batches.linear, batches.num_linear, batches.kept_linear, patch) ||
-         holds_left_out(batches.quadratic, batches.num_quadratic, batches.kept_quadratic, patch);
+  return leaves_out(batches.linear, batches.num_linear, batches.kept_linear, patch) ||
+         leaves_out(batches.quadratic, batches.num_quadratic, batches.kept_quadratic, patch);
 }
 
-// d(V theta) of a patch by the unknowns that move its nodes.
+// G = d(V theta) of a patch by the unknowns that move its nodes.
 struct PatchGradient {
+  // An entry for each node, and two for each contact: displacements and spins
   static constexpr uint32_t kMost = pack::kMostPatchNodes + 2 * pack::kMostZoneContacts;
   uint32_t count = 0;
-  uint32_t first[kMost];  // of three
+  uint32_t first[kMost];  // first of three unknowns
   double values[kMost][3];
 
   void add(uint32_t unknown, double share, const double value[3]) {
@@ -57,16 +58,17 @@ struct PatchGradient {
     while (i < count && first[i] != unknown) ++i;
     if (i == count) {
       first[count++] = unknown;
-      for (double& one : values[i]) one = 0;
+      for (double& component : values[i]) component = 0;
     }
     for (int axis = 0; axis < 3; ++axis) values[i][axis] += share * value[axis];
   }
 };
 
+// Coefficients for which P of dyadic_tangent.hpp is dtheta/dF: F for the Green strain, else J H.
 DyadicLanes measure_terms(const ZoneLanes& batch, const KinematicsLanes& kinematics) {
   DyadicLanes terms = {};
   for (int lane = 0; lane < batch.count; ++lane) {
-    if (is_of_strain(*batch.materials[lane])) {
+    if (has_strain_measure(*batch.materials[lane])) {
       terms.identity.set(lane, 1.0);
     } else {
       terms.transposed.set(lane, -kinematics.J[lane]);
@@ -75,7 +77,7 @@ DyadicLanes measure_terms(const ZoneLanes& batch, const KinematicsLanes& kinemat
   return terms;
 }
 
-// d(V theta)/du of each element.
+// Computes d(V theta)/du of each element at its nodes.
 template <int kNodes>
 NodalLanes<kNodes> measure_gradients(const ZoneBatch<kNodes>& batch, const double* displacement) {
   const BatchKernels<kNodes>& kernels = batch_kernels<kNodes>();
@@ -89,6 +91,7 @@ NodalLanes<kNodes> measure_gradients(const ZoneBatch<kNodes>& batch, const doubl
   return gradients;
 }
 
+// Adds the elements of a patch in these batches to its gradient.
 template <int kNodes>
 void add_gradient(const ZoneBatch<kNodes>* batches, uint32_t count, uint32_t patch,
                   const double* displacement, const ZoneUnknowns& unknowns, PatchGradient& gradient) {
@@ -114,7 +117,7 @@ void add_gradient(const ZoneBatch<kNodes>* batches, uint32_t count, uint32_t pat
   }
 }
 
-// Adds U'' / V  G . du, `from` one state `to` another, to the pressures that follow.
+// Adds U'' / V  G . (to - from), G at `from`, to ZonePatch::followed.
 template <int kNodes>
 void add_pressure_changes(const ZoneBatch<kNodes>* batches, uint32_t count, const double* from,
                           const double* to, ZonePatch* patches) {
@@ -165,11 +168,11 @@ void add_dyads(const ZoneBatches& batches, const double* displacement, const Zon
     for (uint32_t b = 0; b < gradient.count; ++b) {
       for (uint32_t a = 0; a < gradient.count; ++a) {
         for (uint32_t k = 0; k < 3; ++k) {
-          const double of_column = batches.patches[p].stiffness * gradient.values[b][k];
+          const double scaled = batches.patches[p].stiffness * gradient.values[b][k];
           for (uint32_t i = 0; i < 3; ++i) {
             const uint32_t row = gradient.first[a] + i;
             const uint32_t column = gradient.first[b] + k;
-            if (row >= column) target.add(row, column, gradient.values[a][i] * of_column);
+            if (row >= column) target.add(row, column, gradient.values[a][i] * scaled);
           }
         }
       }

@@ -9,7 +9,8 @@
 namespace palpate {
 namespace {
 
-// What dyadic_tangent.hpp makes the force of: the laws that it knows, and the pressures that elements share.
+// Computes the coefficients of dyadic_tangent.hpp in each lane; zero for other laws. In volume patches, the
+// member `pressure` of ZonePatch replaces U' of the element.
 DyadicLanes terms_of(const ZoneLanes& batch, const ZonePatch* patches, double ZonePatch::*pressure,
                      const KinematicsLanes& kinematics) {
   DyadicLanes lanes;
@@ -25,7 +26,7 @@ DyadicLanes terms_of(const ZoneLanes& batch, const ZonePatch* patches, double Zo
   return lanes;
 }
 
-// V P g_a of a lane.
+// Adds V P g_a of one lane, with P of isotropic_law.hpp.
 template <int kNodes>
 void add_principal_force(const typename ElementBatch<kNodes>::Point& point, const PrincipalTangent& tangent,
                          int lane, NodalLanes<kNodes>& forces) {
@@ -38,10 +39,11 @@ void add_principal_force(const typename ElementBatch<kNodes>::Point& point, cons
   }
 }
 
-// K_ab of a unit volume, shape gradients in the frame of N: with dF = n_r g_b^T, by isotropic_law.hpp, and turned back.
+// Computes K_ab per unit volume by isotropic_law.hpp. `ga`, `gb`: shape gradients in the frame of N. `entry`:
+// n_p . dP g_a for dF = n_r g_b^T. The products with n rotate the block from the frame of n to the axes.
 void find_principal_block(const PrincipalTangent& tangent, const double ga[3], const double gb[3],
                           double block[3][3]) {
-  double half[3][3] = {};  // [p][k]: turned back on the right
+  double half[3][3] = {};  // [p][k]: only the columns are rotated
   for (size_t p = 0; p < 3; ++p) {
     for (size_t r = 0; r < 3; ++r) {
       double entry = ga[p] * gb[r] * tangent.second[p][r] + ga[r] * gb[p] * tangent.crossed[p][r];
@@ -97,7 +99,7 @@ void add_forces_of(const ZoneBatch<kNodes>* batches, uint32_t count, const ZoneP
         if (!kept.holds(n, lane)) continue;
         const double J = kinematics.J[lane];
         const pack::ZoneMaterial& material = *batch.materials[lane];
-        // Small strains know no inversion.
+        // The small-strain law is defined for any det F.
         if (material.law != pack::ZoneLaw::linear_elastic && !(J >= strain.smallest_jacobian))
           strain.smallest_jacobian = isfinite(J) ? J : -static_cast<double>(INFINITY);
         if (batch.patches[lane] != pack::kNoPatch) {
@@ -171,23 +173,23 @@ uint32_t num_parts(const ZoneBatches& batches) {
 }
 
 ZoneBatches part_of(const ZoneBatches& batches, uint32_t part) {
-  ZoneBatches some = batches;
-  if (some.num_patches > 0) return some;
-  const bool is_linear = part < some.num_linear;
+  ZoneBatches chosen = batches;
+  if (chosen.num_patches > 0) return chosen;
+  const bool is_linear = part < chosen.num_linear;
   if (is_linear) {
-    some.linear += part;
+    chosen.linear += part;
   } else {
-    some.quadratic += part - some.num_linear;
+    chosen.quadratic += part - chosen.num_linear;
   }
-  some.num_linear = is_linear ? 1 : 0;
-  some.num_quadratic = is_linear ? 0 : 1;
-  return some;
+  chosen.num_linear = is_linear ? 1 : 0;
+  chosen.num_quadratic = is_linear ? 0 : 1;
+  return chosen;
 }
 
 uint64_t force_operations(const ZoneBatches& batches) {
-  constexpr uint64_t kDyadic = 600;      // an element of four nodes
-  constexpr uint64_t kQuadratic = 20;    // as many of those
-  constexpr uint64_t kPrincipal = 5000;  // more, of any other law
+  constexpr uint64_t kDyadic = 600;      // multiply-adds of a four-node element
+  constexpr uint64_t kQuadratic = 20;    // a ten-node element costs as much as 20 four-node elements
+  constexpr uint64_t kPrincipal = 5000;  // additional multiply-adds with a law of isotropic_law.hpp
   uint64_t operations = kDyadic * kLanes * (batches.num_linear + kQuadratic * batches.num_quadratic);
   for_each_lanes(batches, [&](const ZoneLanes& lanes, auto) {
     for (int lane = 0; lane < lanes.count; ++lane) {
@@ -198,14 +200,14 @@ uint64_t force_operations(const ZoneBatches& batches) {
 }
 
 uint64_t stiffness_operations(const ZoneBatches& batches) {
-  constexpr uint64_t kLinear = 3000;  // an element of four nodes
-  constexpr uint64_t kQuadratic = 20;
-  uint64_t batches_of_four = 0;
+  constexpr uint64_t kLinear = 3000;   // multiply-adds of a four-node element
+  constexpr uint64_t kQuadratic = 20;  // a ten-node element costs as much as 20 four-node elements
+  uint64_t weighted_batches = 0;
   for (uint32_t n = 0; n < batches.num_linear; ++n)
-    batches_of_four += batches.kept_linear.holds_any(n) ? 1 : 0;
+    weighted_batches += batches.kept_linear.holds_any(n) ? 1 : 0;
   for (uint32_t n = 0; n < batches.num_quadratic; ++n)
-    batches_of_four += batches.kept_quadratic.holds_any(n) ? kQuadratic : 0;
-  return kLinear * kLanes * batches_of_four;
+    weighted_batches += batches.kept_quadratic.holds_any(n) ? kQuadratic : 0;
+  return kLinear * kLanes * weighted_batches;
 }
 
 void add_zone_stiffness(const ZoneBatches& batches, const double* displacement, const ZoneUnknowns& unknowns,

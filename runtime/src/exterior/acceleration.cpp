@@ -1,7 +1,6 @@
 #include "runtime/src/exterior/acceleration.hpp"
 
 #include <math.h>
-#include <string.h>
 
 #include <algorithm>
 
@@ -10,23 +9,25 @@
 namespace palpate {
 namespace {
 
-// Solves dF^T dF gamma = dF^T f by a Cholesky factor that skips columns which depend on earlier ones to rounding.
+// Solves dF^T dF gamma = dF^T f by a Cholesky factor. A column of dF that depends to rounding on columns
+// of lower index gets gamma = 0.
 void find_weights(const Acceleration& acceleration, const double* f, double* gamma) {
-  constexpr double kDependent = 1e-12;  // of a column's square, after subtraction of the columns before it
+  constexpr double kDependent =
+      1e-12;  // of a column's square, after subtraction of the columns of lower index
   const uint32_t count = acceleration.count;
-  double factor[kMostAccelerated][kMostAccelerated] = {};
-  bool is_used[kMostAccelerated] = {};
-  const auto column = [&](uint32_t i) { return acceleration.changes + i * acceleration.size; };
+  double factor[kAccelerationDepth][kAccelerationDepth] = {};
+  bool is_used[kAccelerationDepth] = {};
+  const auto column = [&](uint32_t i) { return acceleration.f_differences + i * acceleration.size; };
   for (uint32_t i = 0; i < count; ++i) {
     for (uint32_t j = 0; j <= i; ++j) {
       if (j < i && !is_used[j]) continue;
       double entry = product(column(i), column(j), acceleration.size);
-      const double whole = entry;
+      const double square = entry;
       for (uint32_t k = 0; k < j; ++k) entry -= factor[i][k] * factor[j][k];
       if (j < i) {
         factor[i][j] = entry / factor[j][j];
       } else {
-        is_used[i] = entry > kDependent * whole;
+        is_used[i] = entry > kDependent * square;
         factor[i][i] = is_used[i] ? sqrt(entry) : 1;
       }
     }
@@ -48,8 +49,8 @@ void find_weights(const Acceleration& acceleration, const double* f, double* gam
 void carve_acceleration(size_t size, Arena& arena, Acceleration& acceleration) {
   acceleration = {};
   acceleration.size = size;
-  acceleration.moves = arena.take<double>(kMostAccelerated * size);
-  acceleration.changes = arena.take<double>(kMostAccelerated * size);
+  acceleration.y_differences = arena.take<double>(kAccelerationDepth * size);
+  acceleration.f_differences = arena.take<double>(kAccelerationDepth * size);
   acceleration.last_y = arena.take<double>(size);
   acceleration.last_f = arena.take<double>(size);
 }
@@ -61,13 +62,13 @@ void restart_acceleration(Acceleration& acceleration) {
 
 void accelerate(const double* y, double* image, Acceleration& acceleration) {
   const size_t size = acceleration.size;
-  double* move = acceleration.moves + acceleration.next * size;
-  double* change = acceleration.changes + acceleration.next * size;
+  double* y_difference = acceleration.y_differences + acceleration.next * size;
+  double* f_difference = acceleration.f_differences + acceleration.next * size;
   for (size_t i = 0; i < size; ++i) {
     const double f = image[i] - y[i];
     if (acceleration.has_last) {
-      move[i] = y[i] - acceleration.last_y[i];
-      change[i] = f - acceleration.last_f[i];
+      y_difference[i] = y[i] - acceleration.last_y[i];
+      f_difference[i] = f - acceleration.last_f[i];
     }
     acceleration.last_y[i] = y[i];
     acceleration.last_f[i] = f;
@@ -76,15 +77,15 @@ void accelerate(const double* y, double* image, Acceleration& acceleration) {
     acceleration.has_last = true;
     return;
   }
-  acceleration.next = (acceleration.next + 1) % kMostAccelerated;
-  acceleration.count = std::min(acceleration.count + 1, kMostAccelerated);
-  double gamma[kMostAccelerated];
+  acceleration.next = (acceleration.next + 1) % kAccelerationDepth;
+  acceleration.count = std::min(acceleration.count + 1, kAccelerationDepth);
+  double gamma[kAccelerationDepth];
   find_weights(acceleration, acceleration.last_f, gamma);
   for (uint32_t k = 0; k < acceleration.count; ++k) {
     if (gamma[k] == 0) continue;
-    const double* of_y = acceleration.moves + k * size;
-    const double* of_f = acceleration.changes + k * size;
-    for (size_t i = 0; i < size; ++i) image[i] -= gamma[k] * (of_y[i] + of_f[i]);
+    const double* dy = acceleration.y_differences + k * size;
+    const double* df = acceleration.f_differences + k * size;
+    for (size_t i = 0; i < size; ++i) image[i] -= gamma[k] * (dy[i] + df[i]);
   }
 }
 

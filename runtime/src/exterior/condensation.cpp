@@ -10,10 +10,10 @@
 namespace palpate {
 namespace {
 
-// Upper bounds of a front's size in any zone with so many kept nodes.
+// Upper bounds of a front's size in any zone where the front hands up at most `kept_within` kept nodes.
 struct FrontBound {
   size_t columns;
-  size_t below;  // numbers
+  size_t below;  // rows
   size_t stride() const { return elimination_stride(static_cast<uint32_t>(columns + below)); }
 };
 
@@ -21,7 +21,7 @@ FrontBound bound_of(const pack::Front& front, uint32_t kept_within) {
   return {round_to_columns(3 * front.num_columns), size_t{3} * (front.num_rows + kept_within)};
 }
 
-// Calls visit(front, most kept nodes that it may hand up): those among the columns of its subtree.
+// Calls visit(front, most kept nodes that the front may hand up): the nodes in the columns of its subtree.
 template <typename Visit>
 void for_each_bound(const OrganView& organ, uint32_t kept, Visit&& visit) {
   for (uint32_t f = 0; f < organ.num_fronts; ++f) {
@@ -32,7 +32,7 @@ void for_each_bound(const OrganView& organ, uint32_t kept, Visit&& visit) {
   }
 }
 
-// Calls visit(child): the subtrees of a front's children stand before the front, one behind the other.
+// Calls visit(child) for the children of a front. Their subtrees precede the front, without gaps (postorder).
 template <typename Visit>
 void for_each_child(const OrganView& organ, uint32_t front, Visit&& visit) {
   const uint32_t first = front + 1 - organ.fronts[front].num_within;
@@ -49,9 +49,9 @@ size_t all_updates(const OrganView& organ) {
   return sum;
 }
 
-// The most numbers that wait for their parents without kept nodes: a front leaves its update and takes those of its
-// children. In a zone an update of a rows waits with at most b rows more, of kept nodes handed up. A kept node is in
-// one waiting update at a time, so the b add up to at most 3 kept, and sum (a + b)^2 <= 2 sum a^2 + 18 kept^2.
+// Returns the most update entries that wait for their parents if no node is kept: sum of a^2 over updates of
+// a rows. Kept nodes add b rows to an update. A kept node waits in one update at a time. So the sum of b is
+// at most 3 kept, and sum (a + b)^2 <= 2 sum a^2 + 18 kept^2.
 size_t most_pending_updates(const OrganView& organ) {
   size_t most = 0;
   size_t pending = 0;
@@ -63,7 +63,7 @@ size_t most_pending_updates(const OrganView& organ) {
   return most;
 }
 
-// Lists a front's nodes and gives each node its rows. Returns false where the room does not suffice.
+// Lists a front's nodes and gives each node its rows. Returns false if the room does not suffice.
 bool list_front(const Exterior& exterior, CondensationScratch& scratch, Condensation& condensation) {
   const OrganView& organ = exterior.pack.organ;
   const pack::Front& front = organ.fronts[condensation.front];
@@ -98,13 +98,13 @@ bool list_front(const Exterior& exterior, CondensationScratch& scratch, Condensa
   return fits;
 }
 
-// Adds a child's update to the rows of its nodes.
+// Adds a child's update to its parent's matrix. `unknown_of`: a node's first row in the matrix.
 void add_update(const FrontFactor& child, const uint32_t* unknown_of, uint32_t stride, float* matrix) {
   const uint32_t* nodes = child.nodes + child.num_eliminated;
   const size_t size = size_t{3} * child.num_below;
   for (uint32_t b = 0; b < child.num_below; ++b) {
     const uint32_t column = unknown_of[nodes[b]];
-    if (column == kNoUnknown) continue;  // of a forged tree
+    if (column == kNoUnknown) continue;  // only in a damaged pack
     for (uint32_t k = 0; k < 3; ++k) {
       const float* from = child.update + (3 * b + k) * size;
       for (uint32_t a = b; a < child.num_below; ++a) {
@@ -120,17 +120,16 @@ void add_update(const FrontFactor& child, const uint32_t* unknown_of, uint32_t s
   }
 }
 
-// Multiply-adds that take as long as clearing an entry.
-constexpr uint64_t kOperationsPerEntry = 2;
+constexpr uint64_t kOperationsPerEntry = 2;  // multiply-adds that take as long as clearing an entry
 
-// Sums the front's elements and the updates of its children. Returns multiply-adds that take as long.
+// Assembles the front from its elements and its children's updates. Returns the work in multiply-adds.
 uint64_t assemble_front(const Exterior& exterior, CondensationScratch& scratch, Condensation& condensation) {
   const uint32_t index = condensation.front;
   const FrontFactor& factor = condensation.fronts[index];
   const uint32_t size = factor.columns + 3 * factor.num_below;
   memset(scratch.matrix, 0, size_t{factor.stride} * round_to_columns(size) * sizeof *scratch.matrix);
   uint64_t spent = kOperationsPerEntry * factor.stride * size;
-  const ZoneBatches batches = batches_of_front(exterior.elements, exterior.zone_of_lane, 0, index);
+  const ZoneBatches batches = batches_of_front(exterior.elements, exterior.zone_of_simd_lane, 0, index);
   const ZoneUnknowns unknowns = {scratch.unknown_of, nullptr, nullptr};
   add_zone_stiffness(batches, exterior.displacement, unknowns, scratch.matrix, factor.stride);
   spent += stiffness_operations(batches);
@@ -143,7 +142,7 @@ uint64_t assemble_front(const Exterior& exterior, CondensationScratch& scratch, 
     condensation.updates_used -= entries;
     of_child.update = nullptr;
   });
-  // A fixed axis of a node gets a unit pivot where the node is eliminated, and nothing where it is below.
+  // A fixed axis gets a unit pivot if its node is eliminated, and zero if its node is below.
   for (uint32_t i = 0; i < factor.num_eliminated + factor.num_below; ++i) {
     const uint32_t axes = exterior.pack.organ.nodes[factor.nodes[i]].free_axes;
     for (uint32_t axis = 0; axis < 3 && axes != 7; ++axis) {
@@ -158,10 +157,10 @@ uint64_t assemble_front(const Exterior& exterior, CondensationScratch& scratch, 
   return spent;
 }
 
-// Adds the update of a root to S. Returns false where it has overflowed.
+// Adds the update of a root to S. Returns false if an entry is not finite.
 bool add_to_schur(const FrontFactor& factor, const CondensationScratch& scratch, Condensation& condensation) {
   bool is_finite = true;
-  // Places of the kept nodes; the front's rows are not needed any more.
+  // `unknown_of` holds rows of S meanwhile; keep_front() has cleared the rows of the front.
   for (uint32_t i = 0; i < condensation.num_kept; ++i) scratch.unknown_of[condensation.kept[i]] = 3 * i;
   const uint32_t* nodes = factor.nodes + factor.num_eliminated;
   for (uint32_t b = 0; b < 3 * factor.num_below; ++b) {
@@ -179,7 +178,7 @@ bool add_to_schur(const FrontFactor& factor, const CondensationScratch& scratch,
   return is_finite;
 }
 
-// Keeps the eliminated front. Returns false where the room does not suffice.
+// Stores the eliminated front, and adds a root to S. Returns false without room, or if S is not finite.
 bool keep_front(const Exterior& exterior, CondensationScratch& scratch, Condensation& condensation) {
   FrontFactor& factor = condensation.fronts[condensation.front];
   const size_t panel = size_t{factor.stride} * factor.columns;
@@ -205,7 +204,7 @@ bool keep_front(const Exterior& exterior, CondensationScratch& scratch, Condensa
   return !is_root || add_to_schur(factor, scratch, condensation);
 }
 
-// Nodes of a front that the scratch still names, after a failure.
+// Clears the rows of the current front's nodes in the scratch, after a failure or an interruption.
 void forget_front(Condensation& condensation, CondensationScratch& scratch) {
   condensation.is_assembled = false;
   const FrontFactor& factor = condensation.fronts[condensation.front];
@@ -344,16 +343,16 @@ uint64_t forward_substitute_front(const Condensation& condensation, const Elimin
                                   uint32_t front, CondensationScratch& scratch, double* forces) {
   const FrontFactor& factor = condensation.fronts[front];
   if (factor.num_eliminated == 0) return 0;
-  double* own = scratch.columns;
+  double* top = scratch.columns;
   for (uint32_t i = 0; i < factor.num_eliminated; ++i)
-    memcpy(own + 3 * i, forces + size_t{3} * factor.nodes[i], 3 * sizeof *own);
-  for (uint32_t i = 3 * factor.num_eliminated; i < factor.columns; ++i) own[i] = 0;
-  kernel.forward_substitute(factor.panel, factor.stride, factor.columns, own);
+    memcpy(top + 3 * i, forces + size_t{3} * factor.nodes[i], 3 * sizeof *top);
+  for (uint32_t i = 3 * factor.num_eliminated; i < factor.columns; ++i) top[i] = 0;
+  kernel.forward_substitute(factor.panel, factor.stride, factor.columns, top);
   for (uint32_t i = 0; i < factor.num_eliminated; ++i)
-    memcpy(forces + size_t{3} * factor.nodes[i], own + 3 * i, 3 * sizeof *own);
+    memcpy(forces + size_t{3} * factor.nodes[i], top + 3 * i, 3 * sizeof *top);
   const uint32_t rows = 3 * factor.num_below;
   memset(scratch.below, 0, round_to_columns(rows) * sizeof *scratch.below);
-  kernel.add_product(factor.panel + factor.columns, factor.stride, rows, factor.columns, own, scratch.below);
+  kernel.add_product(factor.panel + factor.columns, factor.stride, rows, factor.columns, top, scratch.below);
   for (uint32_t i = 0; i < factor.num_below; ++i) {
     double* node = forces + size_t{3} * factor.nodes[factor.num_eliminated + i];
     for (uint32_t axis = 0; axis < 3; ++axis) node[axis] -= scratch.below[3 * i + axis];
@@ -365,8 +364,8 @@ uint64_t backward_substitute_front(const Condensation& condensation, const Elimi
                                    uint32_t front, CondensationScratch& scratch, double* values) {
   const FrontFactor& factor = condensation.fronts[front];
   if (factor.num_eliminated == 0) return 0;
-  double* own = scratch.columns;
-  double* from_below = own + factor.columns;
+  double* top = scratch.columns;
+  double* from_below = top + factor.columns;
   const uint32_t rows = round_to_columns(3 * factor.num_below);
   for (uint32_t i = 0; i < factor.num_below; ++i)
     memcpy(scratch.below + 3 * i, values + size_t{3} * factor.nodes[factor.num_eliminated + i],
@@ -377,12 +376,12 @@ uint64_t backward_substitute_front(const Condensation& condensation, const Elimi
                                 scratch.below, from_below);
   for (uint32_t i = 0; i < factor.num_eliminated; ++i) {
     for (uint32_t axis = 0; axis < 3; ++axis)
-      own[3 * i + axis] = values[size_t{3} * factor.nodes[i] + axis] - from_below[3 * i + axis];
+      top[3 * i + axis] = values[size_t{3} * factor.nodes[i] + axis] - from_below[3 * i + axis];
   }
-  for (uint32_t i = 3 * factor.num_eliminated; i < factor.columns; ++i) own[i] = 0;
-  kernel.back_substitute(factor.panel, factor.stride, factor.columns, own, 0, 1);
+  for (uint32_t i = 3 * factor.num_eliminated; i < factor.columns; ++i) top[i] = 0;
+  kernel.back_substitute(factor.panel, factor.stride, factor.columns, top, 0, 1);
   for (uint32_t i = 0; i < factor.num_eliminated; ++i)
-    memcpy(values + size_t{3} * factor.nodes[i], own + 3 * i, 3 * sizeof *own);
+    memcpy(values + size_t{3} * factor.nodes[i], top + 3 * i, 3 * sizeof *top);
   return uint64_t{factor.stride} * factor.columns;
 }
 

@@ -13,20 +13,20 @@ namespace {
 
 using Phase = ExteriorState::Phase;
 
-constexpr double kLeastPart = 1.0 / 64;
+constexpr double kLeastPart = 1.0 / 64;  // of a step, however many iterations fail
 
 size_t num_values(const Exterior& exterior) {
   return size_t{3} * exterior.pack.organ.num_nodes;
 }
 
-// The tangent of the exterior is that at the pressures of the last iteration.
-void follow_pressures_of(const ZoneBatches& batches) {
+// Gives the next tangent the pressures of the last evaluation.
+void use_last_pressures(const ZoneBatches& batches) {
   for (uint32_t p = batches.first_patch; p < batches.first_patch + batches.num_patches; ++p)
     batches.patches[p].followed = batches.patches[p].pressure;
 }
 
-// Phase::evaluate at `next`.
-void evaluate_next(const Exterior& exterior, ExteriorState& state) {
+// Begins Phase::evaluate at ExteriorState::next.
+void begin_evaluate_phase(const Exterior& exterior, ExteriorState& state) {
   for (size_t i = 0; i < num_values(exterior); ++i) state.next_forces[i] = -state.rest_force[i];
   state.strain = {0, static_cast<double>(INFINITY)};
   state.phase = Phase::evaluate;
@@ -37,11 +37,11 @@ void end_extension(const Exterior& exterior, Acceleration* acceleration, Exterio
   for (size_t i = 0; i < num_values(exterior); ++i)
     state.next[i] = state.displacement[i] + state.part * state.next[i];
   if (acceleration != nullptr && state.part == 1) accelerate(state.displacement, state.next, *acceleration);
-  evaluate_next(exterior, state);
+  begin_evaluate_phase(exterior, state);
 }
 
-// Subtracts the work of the rest forces; forces on fixed axes are the supports'. Returns false where the tissue is
-// inverted.
+// Subtracts the rest energy and the work of the rest forces, and drops forces on fixed axes, which the
+// supports take. Returns false if an element is inverted or nearly so.
 bool end_evaluation(const Exterior& exterior, ExteriorState& state) {
   const OrganView& organ = exterior.pack.organ;
   for (uint32_t node = 0; node < organ.num_nodes; ++node) {
@@ -59,7 +59,7 @@ bool end_evaluation(const Exterior& exterior, ExteriorState& state) {
 }
 
 void end_iteration(const Exterior& exterior, ExteriorState& state) {
-  follow_pressures_of(exterior.elements.all);
+  use_last_pressures(exterior.elements.all);
   std::swap(state.displacement, state.next);
   std::swap(state.forces, state.next_forces);
   state.energy = state.strain.energy;
@@ -71,10 +71,10 @@ void end_iteration(const Exterior& exterior, ExteriorState& state) {
 
 uint64_t evaluate_front(const Exterior& exterior, uint32_t front, const double* displacement,
                         ZoneStrain& strain, double* forces) {
-  const ZoneBatches batches = batches_of_front(exterior.elements, exterior.zone_of_lane, 0, front);
-  const ZoneStrain own = add_zone_forces(batches, displacement, forces);
-  strain.energy += own.energy;
-  strain.smallest_jacobian = std::min(strain.smallest_jacobian, own.smallest_jacobian);
+  const ZoneBatches batches = batches_of_front(exterior.elements, exterior.zone_of_simd_lane, 0, front);
+  const ZoneStrain front_strain = add_zone_forces(batches, displacement, forces);
+  strain.energy += front_strain.energy;
+  strain.smallest_jacobian = std::min(strain.smallest_jacobian, front_strain.smallest_jacobian);
   return force_operations(batches);
 }
 
@@ -96,7 +96,7 @@ void rest_exterior(const Exterior& exterior, ExteriorState& state) {
   ZoneStrain strain = {0, static_cast<double>(INFINITY)};
   for (uint32_t f = 0; f < organ.num_fronts; ++f)
     evaluate_front(exterior, f, state.displacement, strain, state.rest_force);
-  follow_pressures_of(exterior.elements.all);
+  use_last_pressures(exterior.elements.all);
   const ZoneBatches& all = exterior.elements.all;
   for (uint32_t p = all.first_patch; p < all.first_patch + all.num_patches; ++p)
     all.patches[p].at_rest = all.patches[p].pressure;
@@ -120,7 +120,7 @@ void begin_iteration(const Exterior& exterior, const Condensation& condensation,
 
 void begin_evaluation(const Exterior& exterior, ExteriorState& state) {
   memcpy(state.next, state.displacement, num_values(exterior) * sizeof *state.next);
-  evaluate_next(exterior, state);
+  begin_evaluate_phase(exterior, state);
 }
 
 Progress advance_iteration(const Exterior& exterior, const Condensation& condensation, uint64_t operations,

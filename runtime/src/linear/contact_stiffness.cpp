@@ -12,15 +12,13 @@ namespace {
 // The compliance keeps 16 digits less the digits of cond(K). A pivot of S below this fraction of the node's
 // own compliance is rounding: the node moves with the other nodes.
 constexpr double kSmallestPivot = 1e-11;
-// Soft springs: fractions of the node's mean compliance, tried in this order until S is positive. A spring
-// changes well-conditioned forces by about the same fraction. If every spring fails, the node acts as if
-// alone.
+// Springs, as fractions of the node's mean compliance, tried in this order until S is positive definite. A
+// spring changes well-conditioned forces by about its fraction. If all fail, the node acts as if alone.
 constexpr double kSprings[] = {0.0, 1e-9, 1e-5, 1e-1};
-// Rounding times the condition of A stays far below this norm of M A_k - E_k.
+// Largest accepted entry of |M A_k - E_k|. Rounding times the condition of A stays far below this limit.
 constexpr double kLargestError = 1e-7;
 
-// R, lower triangle by rows, with S^-1 = R^T R: the inverse of S's Cholesky factor. False if a pivot is not
-// above `least` of its diagonal entry.
+// Inverts the Cholesky factor of S: S^-1 = R^T R, R by rows. Returns false if a pivot is not above `least`.
 bool factor_inverse(const double symmetric[9], const double least[3], double lower[9]) {
   const double p0 = symmetric[0];
   if (!(p0 > least[0])) return false;
@@ -44,7 +42,7 @@ bool factor_inverse(const double symmetric[9], const double least[3], double low
   return true;
 }
 
-// columns[r][i] := sum over s <= r of lower[r][s] columns[s][i]: C R^T.
+// C := C R^T: columns[r][i] := sum over s <= r of lower[r][s] columns[s][i].
 void apply_factor(const double lower[9], uint32_t n, size_t stride, double* columns) {
   double* c0 = columns;
   double* c1 = columns + stride;
@@ -59,7 +57,7 @@ void apply_factor(const double lower[9], uint32_t n, size_t stride, double* colu
   }
 }
 
-// 3 x 3 by rows: sum over i of p[r][i] q[s][i].
+// dots[r][s] = sum over i < n of p[r][i] q[s][i].
 void dot_columns(const double* p, const double* q, uint32_t n, size_t stride, double dots[9]) {
   for (uint32_t r = 0; r < 3; ++r) {
     for (uint32_t s = 0; s < 3; ++s) {
@@ -70,6 +68,7 @@ void dot_columns(const double* p, const double* q, uint32_t n, size_t stride, do
   }
 }
 
+// Fills `columns` with the compliance of the held nodes under forces at a node.
 void gather_columns(const pal_pack& pack, uint32_t node, const ContactStiffness& inverse) {
   double block[9];
   for (uint32_t slot = 0; slot < inverse.num_nodes; ++slot) {
@@ -81,19 +80,19 @@ void gather_columns(const pal_pack& pack, uint32_t node, const ContactStiffness&
   }
 }
 
-// R of the node's S with the softest spring that makes S positive definite. False if every spring fails.
+// Computes R for S with the softest spring that makes S positive definite. Returns false if all springs fail.
 bool factor_schur(const double own[9], const double schur[9], double lower[9], bool& regularised) {
   const double mean = (own[0] + own[4] + own[8]) / 3.0;
   for (const double spring : kSprings) {
-    double sprung[9];
-    memcpy(sprung, schur, sizeof sprung);
+    double with_spring[9];
+    memcpy(with_spring, schur, sizeof with_spring);
     double least[3];
     for (uint32_t i = 0; i < 3; ++i) {
-      sprung[4 * i] += spring * mean;
+      with_spring[4 * i] += spring * mean;
       least[i] = kSmallestPivot * (own[4 * i] + spring * mean);
     }
     regularised = spring > 0;
-    if (factor_inverse(sprung, least, lower)) return true;
+    if (factor_inverse(with_spring, least, lower)) return true;
   }
   return false;
 }
@@ -212,47 +211,46 @@ bool correct_inverse(const pal_pack& pack, ContactStiffness& inverse) {
   const uint32_t slot = inverse.next_corrected++ % inverse.num_nodes;
   const uint32_t n = 3 * inverse.num_nodes;
   const size_t stride = inverse.stride;
-  double* wrong = inverse.products;
+  double* residual = inverse.products;  // Y, then P, then V
   gather_columns(pack, inverse.nodes[slot], inverse);
-  inverse.kernel.multiply(inverse.matrix, stride, inverse.num_nodes, inverse.columns, wrong);
+  inverse.kernel.multiply(inverse.matrix, stride, inverse.num_nodes, inverse.columns, residual);
   double error = 0;
   for (uint32_t r = 0; r < 3; ++r) {
-    wrong[r * stride + 3 * slot + r] -= 1.0;
+    residual[r * stride + 3 * slot + r] -= 1.0;
     for (uint32_t i = 0; i < n; ++i) {
-      const double size = fabs(wrong[r * stride + i]);
+      const double size = fabs(residual[r * stride + i]);
       if (!(size <= kLargestError)) return false;
       if (size > error) error = size;
     }
   }
   if (error == 0) return true;
-  double still[9];  // A_k^T Y
-  dot_columns(inverse.columns, wrong, n, stride, still);
+  double projection[9];  // A_k^T Y
+  dot_columns(inverse.columns, residual, n, stride, projection);
   double largest = 0;
   for (uint32_t r = 0; r < 3; ++r) {
     const double* row = inverse_row(inverse, slot, r);
     for (uint32_t i = 0; i < n; ++i) {
       for (uint32_t s = 0; s < 3; ++s)
-        wrong[s * stride + i] -= 0.25 * (still[3 * r + s] + still[3 * s + r]) * row[i];
+        residual[s * stride + i] -= 0.25 * (projection[3 * r + s] + projection[3 * s + r]) * row[i];
       largest = fabs(row[i]) > largest ? fabs(row[i]) : largest;
     }
   }
-  // P W^T + W P^T = U U^T - V V^T, with U and V = (c P +- W / c) / sqrt(2). The factor c gives both terms the
-  // same size.
-  const double up = sqrt(0.5 * largest / error);
-  const double down = 0.5 / up;
+  // P W^T + W P^T = U U^T - V V^T, U, V = (c P +- W / c) / sqrt(2). The factor c gives both terms one size.
+  const double p_scale = sqrt(0.5 * largest / error);
+  const double w_scale = 0.5 / p_scale;
   for (uint32_t r = 0; r < 3; ++r) {
     const double* row = inverse_row(inverse, slot, r);
     for (uint32_t i = 0; i < n; ++i) {
       const size_t at = r * stride + i;
-      const double p = up * wrong[at];
-      const double w = down * row[i];
+      const double p = p_scale * residual[at];
+      const double w = w_scale * row[i];
       inverse.columns[at] = p + w;
       inverse.negated[at] = -(p + w);
-      wrong[at] = p - w;
+      residual[at] = p - w;
     }
   }
   inverse.kernel.add_products(inverse.matrix, stride, inverse.num_nodes, inverse.negated, inverse.columns);
-  inverse.kernel.add_products(inverse.matrix, stride, inverse.num_nodes, wrong, wrong);
+  inverse.kernel.add_products(inverse.matrix, stride, inverse.num_nodes, residual, residual);
   return true;
 }
 

@@ -1,19 +1,18 @@
 // The contact stiffness M = A^-1, updated while nodes come and go.
 //
-// A is K^-1 restricted to the held nodes, Zhong et al. 2005 eq. (17). A frame needs M, eq. (18). A node
-// changes M by three columns. With a the node's columns of A at the other nodes, and A_nn its own block:
+// A is K^-1 restricted to the held nodes, Zhong et al. 2005 eq. (17). A frame needs M, eq. (18). A node adds
+// three columns to M. With a the node's columns of A at the other nodes, and A_nn its own block:
 //
-//   add:   W = M a,  S = A_nn - a^T W (Schur's complement: the node's compliance with the other nodes at rest)
+//   add:   W = M a,  S = A_nn - a^T W (Schur complement: the node's compliance with the other nodes at rest)
 //          M <- [ M + W S^-1 W^T   -W S^-1 ]
 //               [ -S^-1 W^T         S^-1   ]                                        6 n^2 multiply-adds
 //   remove: with q the node's columns of M at the other nodes and s its own block
 //          M <- M - q s^-1 q^T                                                      3 n^2
 //
-// n = 3 x the nodes held. With S^-1 = R R^T and s^-1 = R R^T, the updates are products of (W R) and (q R)
+// n = 3 x the nodes held. With S^-1 = R^T R and s^-1 = R^T R, the updates are products of W R^T and q R^T
 // with themselves. M thus stays symmetric to the bit.
 //
-// Rounding adds up over changes. After every few changes a correction restores one node's columns k, each
-// node in turn:
+// Rounding adds up over changes. After a few changes a correction restores the columns k of the next node:
 //
 //   Y = M A_k - E_k (the error),  W = M E_k,  P = Y - W (A_k^T Y) / 2
 //   M <- M - P W^T - W P^T          then M A_k = E_k, to second order in the error     9 n^2
@@ -35,16 +34,16 @@ struct ContactStiffness {
   InverseKernel kernel;
   uint32_t max_nodes;
   uint32_t num_nodes;
-  size_t stride;      // doubles from row to row
+  size_t stride;      // doubles from row to row of M
   uint32_t* nodes;    // [max_nodes] contact nodes, unsorted
   uint32_t* slot_of;  // [num_contact_nodes] place in `nodes` + 1; 0: not held
-  bool* regularised;  // [max_nodes]
+  bool* regularised;  // [max_nodes] the node has a spring
   uint32_t num_regularised;
   double* matrix;           // M: [3 max_nodes][stride]
-  double* columns;          // [3][stride] a, A_k
-  double* products;         // [3][stride] W, Y
-  double* negated;          // [3][stride]
-  uint32_t changes;         // since the last correction
+  double* columns;          // [3][stride] scratch: a, A_k
+  double* products;         // [3][stride] scratch: W, Y
+  double* negated;          // [3][stride] scratch: the negative factor of an update
+  uint32_t changes;         // nodes added and removed since the last correction
   uint32_t next_corrected;  // slot of the next correction
 };
 
@@ -59,7 +58,7 @@ void carve_inverse(const pal_pack& pack, uint32_t max_nodes, Arena& arena, Conta
 // Adds a contact node. The caller has checked the capacity, and that the node is not held.
 void add_node(const pal_pack& pack, uint32_t node, ContactStiffness& inverse);
 
-// Removes a node; the last node takes its slot. False if M has lost its accuracy: M is then empty.
+// Removes a node; the last node takes its slot. Returns false, and empties M, if M has lost its accuracy.
 bool remove_node(uint32_t slot, ContactStiffness& inverse);
 
 void remove_all_nodes(ContactStiffness& inverse);
@@ -70,7 +69,7 @@ inline bool is_correction_due(const ContactStiffness& inverse) {
   return inverse.changes >= kChangesBetween && inverse.num_nodes > 0 && inverse.num_regularised == 0;
 }
 
-// Corrects one node's columns if a correction is due. False if the error exceeded rounding.
+// Corrects one node's columns if a correction is due. Returns false if the error exceeds rounding.
 bool correct_inverse(const pal_pack& pack, ContactStiffness& inverse);
 
 // The row of M for an axis of a held node: 3 num_nodes numbers.

@@ -15,12 +15,11 @@
 namespace palpate {
 
 // Writes the rest displacement of `count` panels from `first` on, API units. `turn`: t times the metres of a
-// length unit, or null for the scene's gravity. False in a pack without gravity: the function then writes
-// nothing.
+// length unit, or null for the scene's gravity. In a pack without gravity, returns false and writes nothing.
 bool fill_rest(const pal_pack& pack, const FieldKernel& kernel, const pal_real* turn, uint32_t first,
                uint32_t count, pal_real* rows);
 
-// Adds the rest displacement of one packed node to its three rows.
+// Adds the rest displacement of one packed node to its three rows; `turn` as for fill_rest().
 void add_rest(const pal_pack& pack, const pal_real* turn, uint32_t node, pal_real* rows);
 
 }  // namespace palpate

@@ -12,7 +12,7 @@ namespace {
 
 constexpr uint32_t kCorners = 3;
 
-// Lists the sites that represent one of `count` contacts. Returns their number.
+// Lists the sites whose answers are blended for one of `count` contacts. Returns their number.
 uint32_t list_corners(const pal_contact& contact, uint32_t count, uint32_t corners[kCorners]) {
   if (acts_at_site(contact, count)) {
     corners[0] = nearest_site(contact);
@@ -23,13 +23,13 @@ uint32_t list_corners(const pal_contact& contact, uint32_t count, uint32_t corne
   return place.count;
 }
 
-// The index of a site among the corners of a contact, or num_corners.
+// Returns the index of a site among the corners of a contact, or num_corners.
 uint32_t find_corner(const LinearBlend& blend, uint32_t contact, uint32_t site) {
   const uint32_t* corners = blend.corners + size_t{kCorners} * contact;
   return static_cast<uint32_t>(std::find(corners, corners + blend.num_corners[contact], site) - corners);
 }
 
-// The sites of set `number`. The first contact's corner varies fastest.
+// Lists the sites of set `number`. The first contact's corner varies fastest.
 void list_sites(const LinearBlend& blend, uint32_t number, uint32_t* sites) {
   for (uint32_t c = 0; c < blend.num_contacts; ++c) {
     sites[c] = blend.corners[kCorners * c + number % blend.num_corners[c]];
@@ -37,16 +37,16 @@ void list_sites(const LinearBlend& blend, uint32_t number, uint32_t* sites) {
   }
 }
 
-// Multiplies the sets' products by one more contact's weights, in the order of list_sites(). Corner 0 overwrites the
-// products that the other corners read, so it comes last.
+// Multiplies the sets' products by one more contact's weights, in the order of list_sites(). Corner 0 comes
+// last, because it overwrites the products that the other corners read.
 void add_contact(const double weights[kCorners], uint32_t num_corners, uint32_t length, double* products) {
   for (uint32_t corner = num_corners; corner-- > 0;) {
     for (uint32_t i = 0; i < length; ++i) products[corner * length + i] = products[i] * weights[corner];
   }
 }
 
-// Finds the next set of the blend in preparation. If no ready set has the sites, the least recently used set is
-// prepared for them.
+// Finds the next set of the blend in preparation. If no ready set has the sites, begins to assemble the least
+// recently used set for these sites.
 void find_set(const pal_pack& pack, LinearState& state) {
   LinearBlend& blend = state.next;
   const uint32_t count = blend.num_contacts;
@@ -78,12 +78,12 @@ void list_held(LinearState& state) {
   for (uint32_t i = 0; i < blend.num_sets; ++i) {
     const LinearSet& set = state.sets[blend.sets[i]];
     for (uint32_t slot = 0; slot < set.num_held; ++slot) {
-      uint32_t& of_node = state.held_of[set.held[slot]];
-      if (of_node == 0) {
+      uint32_t& place_plus_one = state.held_of[set.held[slot]];
+      if (place_plus_one == 0) {
         blend.held[blend.num_held] = set.held[slot];
-        of_node = ++blend.num_held;
+        place_plus_one = ++blend.num_held;
       }
-      *place++ = of_node - 1;
+      *place++ = place_plus_one - 1;
     }
   }
   for (uint32_t i = 0; i < blend.num_held; ++i) state.held_of[blend.held[i]] = 0;
@@ -124,24 +124,25 @@ void sum_own_stiffness(LinearState& state) {
   });
 }
 
-// S_PP, upper triangle, P the axes of given force. X and E are those of linear_dd.hpp: the nodal forces of unit
-// displacements, and the sum over the nodes of a contact. A row of S is E^T times a row of X.
+// Computes S_PP, upper triangle, with P the axes of given force. A row of S is E^T times a row of X
+// (linear_dd.hpp): it sums the nodal forces of a unit displacement over each contact's nodes.
 void gather_given(const pal_pack& pack, const uint32_t* axes, uint32_t count, LinearState& state) {
   memset(state.semidefinite_factor, 0, size_t{count} * count * sizeof *state.semidefinite_factor);
   for_each_set(state, [&](double weight, const LinearSet& set, const uint32_t*) {
     for (uint32_t k = 0; k < count; ++k) {
       const double* forces = set.unit_forces + axes[k] * set.stride;
-      double of_contact[3];
+      double contact_force[3];
       for (uint32_t j = k; j < count; ++j) {
-        if (j == k || axes[j] / 3 != axes[j - 1] / 3) sum_patch(pack, set, axes[j] / 3, forces, of_contact);
-        state.semidefinite_factor[size_t{k} * count + j] += weight * of_contact[axes[j] % 3];
+        if (j == k || axes[j] / 3 != axes[j - 1] / 3)
+          sum_patch(pack, set, axes[j] / 3, forces, contact_force);
+        state.semidefinite_factor[size_t{k} * count + j] += weight * contact_force[axes[j] % 3];
       }
     }
   });
 }
 
-// f = X d - Y t and F = E^T f, with X, Y and E of linear_dd.hpp and the rotation t of gravity.hpp. Requires more than one
-// set where a weight is 0: a single set without weight leaves f as it was.
+// f = X d - Y t and F = E^T f, with X and E of linear_dd.hpp, Y and the change t of gravity of gravity.hpp.
+// If the only set has the weight 0, f keeps its former value.
 void apply_displacements(const pal_pack& pack, LinearState& state, LinearFrame& frame) {
   const uint32_t num_contacts = state.active.num_contacts;
   const bool is_blended = state.active.num_sets > 1;
@@ -168,8 +169,7 @@ void apply_displacements(const pal_pack& pack, LinearState& state, LinearFrame& 
   });
 }
 
-// Solves S_PP d_P = F_P - (force from other axes and gravity at d_P = 0) for the displacements along the axes
-// P of given force.
+// Solves S_PP d_P = F_P - (force from other axes and gravity at d_P = 0), with P the axes of given force.
 void solve_for_displacements(const pal_pack& pack, LinearState& state, LinearFrame& frame) {
   if (frame.given_axes == nullptr) return;
   uint32_t count = 0;
@@ -192,7 +192,7 @@ void solve_for_displacements(const pal_pack& pack, LinearState& state, LinearFra
   for (uint32_t k = 0; k < count; ++k) frame.displacements[state.given_axes[k]] = x[k];
 }
 
-// d . E^T Y t: the work of gravity's rotation t on the contacts.
+// Returns d . E^T Y t with t = `turn`: the work of the change of gravity at the contacts.
 double work_of_turn(const pal_pack& pack, const LinearState& state, const LinearFrame& frame,
                     const double turn[3]) {
   double work = 0;
@@ -342,10 +342,10 @@ void evaluate_linear(const pal_pack& pack, LinearState& state, LinearFrame& fram
   if (frame.gravity_turn == nullptr && frame.turn_before == nullptr) return;
   constexpr double kNone[3] = {};
   const double* now = frame.gravity_turn != nullptr ? frame.gravity_turn : kNone;
-  const double still = twice + work_of_turn(pack, state, frame, now);
-  frame.energy = energy_with_turn(pack, state, frame, still, now);
+  const double twice_elastic = twice + work_of_turn(pack, state, frame, now);  // d . S d
+  frame.energy = energy_with_turn(pack, state, frame, twice_elastic, now);
   frame.energy_before = frame.turn_before != nullptr
-                            ? energy_with_turn(pack, state, frame, still, frame.turn_before)
+                            ? energy_with_turn(pack, state, frame, twice_elastic, frame.turn_before)
                             : frame.energy;
 }
 
@@ -353,9 +353,9 @@ void stiffness_between(const pal_pack& pack, const LinearState& state, uint32_t 
                        double block[9]) {
   memset(block, 0, 9 * sizeof *block);
   for_each_set(state, [&](double weight, const LinearSet& set, const uint32_t*) {
-    double of_set[9];
-    stiffness_between(pack, set, row, column, of_set);
-    for (uint32_t i = 0; i < 9; ++i) block[i] += weight * of_set[i];
+    double set_block[9];
+    stiffness_between(pack, set, row, column, set_block);
+    for (uint32_t i = 0; i < 9; ++i) block[i] += weight * set_block[i];
   });
 }
 

@@ -47,19 +47,19 @@ struct LinearBlend {
   uint32_t* places;             // for each set, [num_held of the set] places of its nodes in `held`
   // Results of the last place_contacts() or place_difference():
   double weights[kMostBlended];  // weights of the sets
-  double* own_stiffness;         // [max_contacts][3][3] of S
+  double* own_stiffness;         // [max_contacts][3][3] diagonal blocks of S
 };
 
 // One blend answers during the preparation of the next blend, which may take several frames.
 struct LinearState {
   uint32_t max_shown;      // capacity of a blend's held nodes
   uint32_t num_sets;       // sets of up to kMostBetween contacts: the first in `sets`
-  uint32_t num_site_sets;  // sets of more contacts, each at its nearest site: behind them
+  uint32_t num_site_sets;  // sets of more contacts, each at its nearest site: the next in `sets`
   LinearSet* sets;
   LinearBlend active;
   LinearBlend next;
   LinearAssembly assembly;
-  uint64_t num_begun;   // number of blends begun; dates the use of a set
+  uint64_t num_begun;   // number of blends begun, the time of LinearSet::last_used
   uint32_t num_fixed;   // fixed nodes of the blend begun last
   uint32_t* fixed;      // [max_fixed]
   double* nodal_force;  // f of the last frame at the blend's held nodes, [max_shown][3]
@@ -71,7 +71,6 @@ struct LinearState {
   uint32_t* held_of;            // [num_contact_nodes] scratch: place in LinearBlend::held + 1
 };
 
-// Takes the arrays for these capacities from the arena.
 void carve_linear(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fixed, Arena& arena,
                   LinearState& state);
 
@@ -83,11 +82,10 @@ bool is_for(const LinearBlend& blend, const pal_contact* contacts, uint32_t coun
 void begin_linear(const pal_contact* contacts, uint32_t count, const uint32_t* fixed, uint32_t num_fixed,
                   uint32_t fixed_version, LinearState& state);
 
-// Advances the next blend by about so many multiply-adds, as advance_set() does. Returns true once the blend
-// is ready and active.
+// Advances the next blend by about `operations` multiply-adds, as advance_set() does. Returns true once the
+// blend is ready and active.
 bool advance_linear(const pal_pack& pack, uint64_t operations, LinearState& state);
 
-// Swaps the active blend and the next blend.
 void swap_blends(LinearState& state);
 
 // Sets the weights of the active blend for these contacts.
@@ -110,8 +108,8 @@ struct LinearFrame {
   uint32_t flags;              // flags of the sets and of doubtful displacements
 };
 
-// Evaluates the active blend after place_contacts(), and leaves f for the field in `state`. Cost: 3 c (3 c +
-// n) multiply-adds a set, with c contacts and n = 3 x the nodes held.
+// Evaluates the active blend after place_contacts(), and leaves f for the field in `state`. Cost of a set:
+// 3 c (3 c + n) multiply-adds, with c contacts and n = 3 x the nodes held.
 void evaluate_linear(const pal_pack& pack, LinearState& state, LinearFrame& frame);
 
 // The 3 x 3 block of S for two contacts, by rows. The block of (column, row) is its transpose to the bit.

@@ -8,15 +8,14 @@
 namespace palpate {
 namespace {
 
-// Lists a contact node once, with its share for one more contact.
+// Appends a contact node to the nodes of the set.
 void want(uint32_t contact_node, double share, LinearAssembly& assembly) {
   assembly.wanted[assembly.num_wanted] = contact_node;
   assembly.share[assembly.num_wanted] = share;
   assembly.wanted_of[contact_node] = ++assembly.num_wanted;
 }
 
-// Whether assembling M anew costs less than removing nodes: 3 n^2 for each node that leaves against 6 n^2 for
-// each node that stays, summed.
+// Whether assembling M anew, 6 n^2 for each node that stays, costs less than removing nodes, 3 n^2 each.
 bool is_cheaper_anew(const LinearAssembly& assembly) {
   const ContactStiffness& inverse = assembly.inverse;
   double stay = 0;
@@ -30,7 +29,7 @@ uint32_t patch_size(const pal_pack& pack, uint32_t site) {
   return pack.patch_starts[site + 1] - pack.patch_starts[site];
 }
 
-// Fills in E: the patches' slots and shares.
+// Fills in E: the slots and shares of each patch's nodes.
 void list_patches(const pal_pack& pack, const LinearAssembly& assembly, LinearSet& set) {
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
     const size_t first = size_t{c} * pack.max_patch_nodes;
@@ -42,7 +41,7 @@ void list_patches(const pal_pack& pack, const LinearAssembly& assembly, LinearSe
   }
 }
 
-// A column of X = M E: the sum of the patch's rows of M.
+// Computes a column of X = M E: the sum of the patch's rows of M, each times its share.
 void sum_unit_forces(const pal_pack& pack, uint32_t column, const ContactStiffness& inverse, LinearSet& set) {
   const uint32_t n = 3 * set.num_held;
   double* forces = set.unit_forces + column * set.stride;
@@ -59,7 +58,7 @@ void sum_unit_forces(const pal_pack& pack, uint32_t column, const ContactStiffne
   }
 }
 
-// Y = M G_H and Z = G_H^T Y.
+// Computes Y = M G_H and Z = G_H^T Y (gravity.hpp).
 void sum_gravity(const pal_pack& pack, ContactStiffness& inverse, LinearSet& set) {
   const uint32_t n = 3 * set.num_held;
   const size_t stride = inverse.stride;
@@ -229,12 +228,12 @@ void sum_patch(const pal_pack& pack, const LinearSet& set, uint32_t contact, con
 void stiffness_between(const pal_pack& pack, const LinearSet& set, uint32_t row, uint32_t column,
                        double block[9]) {
   for (uint32_t i = 0; i < 3; ++i) {
-    double one_way[3];
-    double other_way[3];
-    sum_patch(pack, set, column, set.unit_forces + (size_t{3} * row + i) * set.stride, one_way);
+    double at_column[3];  // force of `column` per displacement of `row`
+    double at_row[3];     // force of `row` per displacement of `column`
+    sum_patch(pack, set, column, set.unit_forces + (size_t{3} * row + i) * set.stride, at_column);
     for (uint32_t j = 0; j < 3; ++j) {
-      sum_patch(pack, set, row, set.unit_forces + (size_t{3} * column + j) * set.stride, other_way);
-      block[3 * i + j] = 0.5 * (one_way[j] + other_way[i]);
+      sum_patch(pack, set, row, set.unit_forces + (size_t{3} * column + j) * set.stride, at_row);
+      block[3 * i + j] = 0.5 * (at_column[j] + at_row[i]);
     }
   }
 }

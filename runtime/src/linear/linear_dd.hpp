@@ -6,7 +6,7 @@
 // contacts and zero rows at fixed nodes (eq. (20)). So
 //
 //   f = X d,  X = A^-1 E                nodal forces
-//   F = E^T f = S d,  S = E^T X         forces of the contacts; S is symmetric, and the set keeps its diagonal blocks
+//   F = E^T f = S d,  S = E^T X         forces of the contacts; S is symmetric
 //   u = C f                             displacements, C the columns of K^-1 for H, eq. (19)
 //
 // A node of two contacts follows their mean: its rows of E hold 1/2 for each contact. X changes only with H,
@@ -39,7 +39,7 @@ struct LinearSet {
   double* patch_shares;    // [max_contacts][max_patch_nodes] entries of E; 0: a fixed node
   size_t stride;           // doubles from one row of X to the next
   double* unit_forces;     // X: [3 max_contacts][stride], a row for each column of E
-  double* own_stiffness;   // [max_contacts][3][3] of S
+  double* own_stiffness;   // [max_contacts][3][3] diagonal blocks of S
   // For turned gravity (gravity.hpp):
   double* gravity_forces;  // Y: [3][3 num_held], a row for each axis of gravity
   double gravity_own[9];   // Z
@@ -53,12 +53,12 @@ struct LinearAssembly {
   LinearSet* set;
   enum class Phase : uint32_t { remove, add, correct, unit_forces, own_stiffness, gravity } phase;
   uint32_t index;   // node, column or row of the current phase
-  bool began_anew;  // M had lost its accuracy and begins anew
+  bool began_anew;  // M began without nodes, so a failed correction is accepted
   uint32_t num_wanted;
   uint32_t* wanted;          // [max_held] contact nodes of the set
   double* share;             // [max_held] 1 / number of contacts that hold the node; 0: fixed
   uint32_t* wanted_of;       // [num_contact_nodes] place in `wanted` + 1; 0: not wanted
-  ContactStiffness inverse;  // contact stiffness of the last set, or on the way to the next set
+  ContactStiffness inverse;  // M of the last set, or between the last set and `set`
 };
 
 void carve_assembly(const pal_pack& pack, uint32_t max_held, Arena& arena, LinearAssembly& assembly);
@@ -67,19 +67,19 @@ void carve_assembly(const pal_pack& pack, uint32_t max_held, Arena& arena, Linea
 void begin_set(const pal_pack& pack, const uint32_t* sites, uint32_t count, const uint32_t* fixed,
                uint32_t num_fixed, LinearSet& set, LinearAssembly& assembly);
 
-// Advances the set until it is ready, or by about so many multiply-adds. The last node may exceed them by
-// 9 n^2, with n = 3 x the nodes held. Returns the multiply-adds. Total cost, at most that of a new assembly, 2
-// n^3 / 3:
+// Advances the set until it is ready, or by about `operations` multiply-adds. The last step may exceed them
+// by 9 n^2, with n = 3 x the nodes held. Returns the multiply-adds spent. Total, at most that of a new
+// assembly, 2 n^3 / 3:
 // - 6 n^2 for each node that comes, and 3 n^2 for each node that leaves,
 // - n^2 for the sums,
-// - 9 n^2 for a correction of rounding at every fourth set.
+// - 9 n^2 for a correction of rounding, if at least four nodes have come or left since the last correction.
 uint64_t advance_set(const pal_pack& pack, uint64_t operations, LinearAssembly& assembly);
 
-// E^T f of one contact, f at the nodes held.
+// Computes E^T f of one contact, f at the nodes held.
 void sum_patch(const pal_pack& pack, const LinearSet& set, uint32_t contact, const double* nodal_force,
                double force[3]);
 
-// The 3 x 3 block of S for two contacts, by rows. The block of (column, row) is its transpose to the bit.
+// Computes the block of S for two contacts, by rows. The block of (column, row) is its transpose to the bit.
 void stiffness_between(const pal_pack& pack, const LinearSet& set, uint32_t row, uint32_t column,
                        double block[9]);
 

@@ -10,7 +10,7 @@ class PatchUnion {
     for (uint32_t i = 0; i < place.count; ++i) at_[i] = pack.patch_starts[place.corners[i].site];
   }
 
-  // False at the end.
+  // Finds the next node. Returns false at the end.
   bool find_next(uint32_t& node) const {
     node = UINT32_MAX;
     for (uint32_t i = 0; i < place_.count; ++i) {
@@ -19,8 +19,7 @@ class PatchUnion {
     return node != UINT32_MAX;
   }
 
-  // Advances past the next node, and calls add(corner, entry of patch_nodes) for each patch that holds the
-  // node.
+  // Advances past the next node. Calls add(corner, entry of patch_nodes) for each patch that holds the node.
   template <typename Add>
   void take(uint32_t node, Add&& add) {
     for (uint32_t i = 0; i < place_.count; ++i) {
@@ -51,10 +50,10 @@ uint32_t evaluate_linear_point(const pal_pack& pack, const ContactPlace& place, 
     for (int i = 0; i < 9; ++i) answer.stiffness[i] += sum[i];
     if (held == nullptr) continue;
     held[num_held] = node;
-    pal_real* weights = forces + size_t{3} * num_held++;
+    pal_real* nodal_force = forces + size_t{3} * num_held++;
     for (int i = 0; i < 3; ++i) {
       const double force = sum[3 * i] * d[0] + sum[3 * i + 1] * d[1] + sum[3 * i + 2] * d[2];
-      weights[i] = static_cast<pal_real>(force * pack.metres);
+      nodal_force[i] = static_cast<pal_real>(force * pack.metres);
     }
   }
   double* S = answer.stiffness;

@@ -1,7 +1,7 @@
 // linear_dd of one contact alone, at a site or between sites, without any preparation.
 //
 // A pack holds for each site the nodal forces X = A^-1 E of its patch alone (linear_dd.hpp). A contact with
-// the displacement d, at a point with the weights w of sites i, has
+// the displacement d, at a point with weights w_i of sites i, has
 //
 //   F = sum_i w_i S_i d,  S_i = E_i^T X_i        u = C f,  f = sum_i w_i X_i d
 //
@@ -21,18 +21,17 @@ struct LinearPointAnswer {
   double stiffness[9];  // by rows, symmetric
 };
 
-// Capacity for the held nodes of a contact at a point. A transfer has one more corner, of one patch
-// (response_at_point.hpp).
+// Capacity for the held nodes of a contact at a point, with at most three corners.
 inline uint32_t most_held_at_point(const pal_pack& pack) {
   return 3 * pack.max_patch_nodes;
 }
 
-// Evaluates linear_dd for a finite displacement, model units. Writes the held nodes to `held` and f, in the
-// pack's metres, to `forces`; both may be null. Returns the number of held nodes.
+// Evaluates linear_dd for a finite displacement, model units. Writes the held nodes to `held`, and f times
+// pack.metres to `forces`; with a null `held`, neither. Returns the number of nodes written.
 uint32_t evaluate_linear_point(const pal_pack& pack, const ContactPlace& place, const double displacement[3],
                                LinearPointAnswer& answer, uint32_t* held, pal_real* forces);
 
-// |K|, K the net force per displacement of a site's patch alone in a linear_dd with site_forces: model units.
+// Returns the Frobenius norm of a site's stiffness alone, for a pack with site_forces; model units.
 double patch_stiffness_norm(const pal_pack& pack, uint32_t site);
 
 }  // namespace palpate

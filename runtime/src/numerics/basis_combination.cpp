@@ -6,6 +6,7 @@
 namespace palpate {
 namespace {
 
+// Rounds weights to multiples of a unit. Returns the value of 1 in a sum of products with int16 columns.
 pal_real round_some(const pal_real* weights, uint32_t count, int16_t* integers) {
   // The limit keeps each sum of products, with the rounding of 96 weights, below 2^31.
   constexpr pal_real kMostSum = 65000;

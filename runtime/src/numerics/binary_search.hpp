@@ -5,8 +5,7 @@
 
 namespace palpate {
 
-// The index i with value_of(i) == `value`, or `count` if no index has this value; value_of ascends over i <
-// count.
+// Returns the index i < count with value_of(i) == `value`, or `count` if none has. value_of must ascend.
 template <typename Value, typename ValueOf>
 uint32_t find_sorted(uint32_t count, Value value, ValueOf&& value_of) {
   uint32_t low = 0;

@@ -10,7 +10,7 @@ constexpr size_t kStride = 48;  // 3 kNodes, rounded up
 static_assert(kStride >= 3 * kNodes && kStride % kInverseLanes == 0);
 constexpr int kProducts = 64;  // products in one timing, for a coarse clock
 constexpr int kRounds = 9;
-constexpr double kLeast = 1e-12;
+constexpr double kLeastSeconds = 1e-12;
 
 }  // namespace
 
@@ -37,7 +37,7 @@ double seconds_per_operation(pal_clock clock, void* user) {
   }
   constexpr double kOperations = kProducts * 2.0 * 27 * kNodes * kNodes;
   const double each = rounds[kRounds / 2] / kOperations;
-  return each > kLeast ? each : kLeast;
+  return each > kLeastSeconds ? each : kLeastSeconds;
 }
 
 }  // namespace palpate

@@ -5,7 +5,7 @@
 
 namespace palpate {
 
-// Returns the median over several changes, of the size of three contacts with five nodes each. The call takes
+// Returns the median of several timings, with matrices of three contacts of five nodes each. The call takes
 // about a millisecond. A clock that stands still gives the smallest plausible time, 1e-12 s.
 double seconds_per_operation(pal_clock clock, void* user);
 

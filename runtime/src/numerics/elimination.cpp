@@ -8,8 +8,8 @@ namespace {
 constexpr uint32_t kColumns = kEliminationColumns;
 constexpr uint32_t kTile = kEliminationRows;
 
-// Updates a block of columns from its diagonal down, by tiles of kTile rows: subtracts the products of all
-// earlier columns. A solve with the block's own triangle follows.
+// A tile of kTile rows in a block of columns: subtract() subtracts the products of all earlier columns, and
+// solve() multiplies by L^-T of the diagonal block.
 struct ScalarTile {
   float entries[kColumns][kTile];
 

@@ -38,25 +38,25 @@ constexpr uint32_t round_to_columns(uint32_t size) {
 
 struct EliminationKernel {
   const char* name;
-  // Eliminates the columns first .. first + kEliminationColumns - 1 after all columns before them. False if
-  // A11 is not positive definite. Cost: elimination_operations().
+  // Eliminates the columns first .. first + kEliminationColumns - 1 after all columns before them. Returns
+  // false if A11 is not positive definite. Cost: elimination_operations().
   bool (*eliminate_columns)(float* matrix, uint32_t stride, uint32_t size, uint32_t eliminated,
                             uint32_t first);
   // rows[count][row_stride] := rows L^-1, the first `size` entries of each row, with L from the elimination.
-  // `size` and `row_stride` are multiples of kEliminationColumns, columns begin on 16 bytes, and rows on 32 bytes.
+  // `size`, `row_stride`: multiples of kEliminationColumns. Columns begin on 16 bytes, rows on 32 bytes.
   void (*back_substitute)(const float* matrix, uint32_t stride, uint32_t size, double* rows,
                           size_t row_stride, uint32_t count);
   // vector := L^-1 vector; `size` as in back_substitute.
   void (*forward_substitute)(const float* matrix, uint32_t stride, uint32_t size, double* vector);
-  // y := y + A x, A full and column-major. Reads and writes `rows` rounded up to four. Columns begin on 16 bytes, y
-  // on 32 bytes.
+  // y := y + A x, A full and column-major. Reads and writes `rows` rounded up to four. Columns begin on 16
+  // bytes, y on 32 bytes.
   void (*add_product)(const float* matrix, uint32_t stride, uint32_t rows, uint32_t columns, const double* x,
                       double* y);
   // y := y + A^T x. Rows and columns are multiples of four; columns begin on 16 bytes, x and y on 32 bytes.
   void (*add_transposed_product)(const float* matrix, uint32_t stride, uint32_t rows, uint32_t columns,
                                  const double* x, double* y);
   // y := y + A x for a symmetric A of `size` rows, a multiple of kSymmetricRows, which is also the stride.
-  // Both triangles are present, and the product reads about half of A. Columns begin on 16 bytes, x and y on 32 bytes.
+  // Both triangles are present; the product reads about half. Columns begin on 16 bytes, x and y on 32 bytes.
   void (*add_symmetric_product)(const float* matrix, uint32_t size, const double* x, double* y);
 };
 
@@ -72,7 +72,7 @@ inline constexpr uint32_t kMostEliminationKernels = 2;
 uint32_t list_elimination_kernels(EliminationKernel kernels[kMostEliminationKernels]);
 EliminationKernel choose_elimination_kernel();
 
-// Removes an unknown with a fixed value from the system.
+// Takes an unknown out of the system: zeros in its row and column, and 1 on the diagonal.
 void drop_unknown(uint32_t unknown, uint32_t size, uint32_t stride, float* matrix);
 
 // Eliminates all columns in order.

@@ -19,8 +19,8 @@ PALPATE_AVX2 inline __m256d load_four(const float* entries) {
   return _mm256_cvtps_pd(_mm_load_ps(entries));
 }
 
-// Loads a tile and subtracts the products of the columns before it. A tile is two vectors high. A third vector would
-// hide more latency, but would waste half of the tile on padding in such small matrices.
+// Loads a tile and subtracts the products of the columns before the tile, which is two vectors high. A third
+// vector would hide more latency, but would waste half of the tile on padding in such small matrices.
 PALPATE_AVX2 inline void subtract_avx2(const float* matrix, uint32_t stride, uint32_t row, uint32_t first,
                                        uint32_t columns, __m256 low[kColumns], __m256 high[kColumns]) {
   const float* target = matrix + size_t{first} * stride + row;
@@ -91,7 +91,7 @@ PALPATE_AVX2 inline __m256d sums_of(const __m256d v[kColumns]) {
   return _mm256_add_pd(_mm256_permute2f128_pd(low, high, 0x21), _mm256_blend_pd(low, high, 0xc));
 }
 
-// Solves with the transposed diagonal triangle of four columns.
+// row := L^-T row, L the diagonal triangle of four columns.
 void solve_transposed(const float* block, uint32_t stride, double* row) {
   double inverse[kColumns];  // reciprocals first: no division waits for another division
   for (uint32_t c = 0; c < kColumns; ++c) inverse[c] = 1.0 / static_cast<double>(block[c * stride + c]);
@@ -109,27 +109,27 @@ PALPATE_AVX2 void back_substitute_few(const float* matrix, uint32_t stride, uint
   for (uint32_t first = size; first > 0;) {
     first -= kColumns;
     const float* columns = matrix + size_t{first} * stride;
-    __m256d wide[kCount][kColumns];
+    __m256d sums[kCount][kColumns];
     PALPATE_UNROLL
     for (uint32_t t = 0; t < kCount; ++t) {
       PALPATE_UNROLL
-      for (uint32_t c = 0; c < kColumns; ++c) wide[t][c] = _mm256_setzero_pd();
+      for (uint32_t c = 0; c < kColumns; ++c) sums[t][c] = _mm256_setzero_pd();
     }
     for (uint32_t i = first + kColumns; i < size; i += 4) {
-      __m256d of_row[kCount];
+      __m256d vector[kCount];
       PALPATE_UNROLL
-      for (uint32_t t = 0; t < kCount; ++t) of_row[t] = _mm256_load_pd(rows + t * row_stride + i);
+      for (uint32_t t = 0; t < kCount; ++t) vector[t] = _mm256_load_pd(rows + t * row_stride + i);
       PALPATE_UNROLL
       for (uint32_t c = 0; c < kColumns; ++c) {
         const __m256d entries = load_four(columns + c * stride + i);
         PALPATE_UNROLL
-        for (uint32_t t = 0; t < kCount; ++t) wide[t][c] = _mm256_fmadd_pd(entries, of_row[t], wide[t][c]);
+        for (uint32_t t = 0; t < kCount; ++t) sums[t][c] = _mm256_fmadd_pd(entries, vector[t], sums[t][c]);
       }
     }
     PALPATE_UNROLL
     for (uint32_t t = 0; t < kCount; ++t) {
       double* row = rows + t * row_stride + first;
-      _mm256_store_pd(row, _mm256_sub_pd(_mm256_load_pd(row), sums_of(wide[t])));
+      _mm256_store_pd(row, _mm256_sub_pd(_mm256_load_pd(row), sums_of(sums[t])));
       solve_transposed(columns + first, stride, row);
     }
   }
@@ -195,40 +195,40 @@ PALPATE_AVX2 void add_transposed_product_avx2(const float* matrix, uint32_t stri
     PALPATE_UNROLL
     for (uint32_t c = 0; c < kColumns; ++c) sums[c] = _mm256_setzero_pd();
     for (uint32_t i = 0; i < rows; i += 4) {
-      const __m256d of_row = _mm256_load_pd(x + i);
+      const __m256d factor = _mm256_load_pd(x + i);
       PALPATE_UNROLL
       for (uint32_t c = 0; c < kColumns; ++c)
-        sums[c] = _mm256_fmadd_pd(load_four(entries + c * size_t{stride} + i), of_row, sums[c]);
+        sums[c] = _mm256_fmadd_pd(load_four(entries + c * size_t{stride} + i), factor, sums[c]);
     }
     _mm256_store_pd(y + first, _mm256_add_pd(_mm256_load_pd(y + first), sums_of(sums)));
   }
 }
 
-// Four columns at a time. The loop reads the diagonal block in full.
+// Takes four columns at a time, and reads the diagonal block in full.
 PALPATE_AVX2 void add_symmetric_product_avx2(const float* matrix, uint32_t size, const double* x, double* y) {
   for (uint32_t first = 0; first < size; first += kColumns) {
     const float* columns = matrix + size_t{first} * size;
     __m256d factors[kColumns];
     __m256d sums[kColumns];
-    __m256d own = _mm256_load_pd(y + first);
+    __m256d diagonal = _mm256_load_pd(y + first);
     PALPATE_UNROLL
     for (uint32_t c = 0; c < kColumns; ++c) {
       factors[c] = _mm256_broadcast_sd(x + first + c);
       sums[c] = _mm256_setzero_pd();
-      own = _mm256_fmadd_pd(load_four(columns + c * size + first), factors[c], own);
+      diagonal = _mm256_fmadd_pd(load_four(columns + c * size + first), factors[c], diagonal);
     }
     for (uint32_t i = first + kColumns; i < size; i += 4) {
-      const __m256d of_row = _mm256_load_pd(x + i);
+      const __m256d factor = _mm256_load_pd(x + i);
       __m256d sum = _mm256_load_pd(y + i);
       PALPATE_UNROLL
       for (uint32_t c = 0; c < kColumns; ++c) {
         const __m256d entries = load_four(columns + c * size + i);
         sum = _mm256_fmadd_pd(entries, factors[c], sum);
-        sums[c] = _mm256_fmadd_pd(entries, of_row, sums[c]);
+        sums[c] = _mm256_fmadd_pd(entries, factor, sums[c]);
       }
       _mm256_store_pd(y + i, sum);
     }
-    _mm256_store_pd(y + first, _mm256_add_pd(own, sums_of(sums)));
+    _mm256_store_pd(y + first, _mm256_add_pd(diagonal, sums_of(sums)));
   }
 }
 

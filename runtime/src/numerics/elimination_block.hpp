@@ -19,10 +19,9 @@ struct DiagonalBlock {
   float inverse[kEliminationColumns];
 };
 
-// False if the block is not positive definite to rounding.
+// Factors a diagonal block. Returns false if the block is not positive definite to rounding.
 inline bool factor_block(const float* block, uint32_t stride, DiagonalBlock& factor) {
-  // Relative to the diagonal before this block's elimination
-  constexpr float kLeastPivot = 1e-6F;
+  constexpr float kLeastPivot = 1e-6F;  // of the diagonal entry before this block's elimination
   for (uint32_t c = 0; c < kEliminationColumns; ++c) {
     const float diagonal = block[c * stride + c];
     float pivot = diagonal;
@@ -38,7 +37,7 @@ inline bool factor_block(const float* block, uint32_t stride, DiagonalBlock& fac
   return true;
 }
 
-// Solves with the diagonal triangle of four columns.
+// vector := L^-1 vector, L the diagonal triangle of four columns.
 inline void solve_triangle(const float* block, uint32_t stride, double* vector) {
   double inverse[kEliminationColumns];  // reciprocals first: no division waits for another division
   for (uint32_t c = 0; c < kEliminationColumns; ++c)

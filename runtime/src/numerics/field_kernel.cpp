@@ -54,9 +54,8 @@ using Lanes256 = __m256;
 using Lanes512 = __m512;
 #endif
 
-// 12 registers hold 96 floats, or half of 96 doubles. So many independent sums hide the latency of a fused
-// multiply-add without spilling registers. The loops need explicit unrolling: GCC keeps an indexed array in
-// memory.
+// 12 registers hold 96 floats, or half of 96 doubles. 12 independent sums hide the latency of a fused
+// multiply-add without spilling registers. Without explicit unrolling, GCC keeps an indexed array in memory.
 __attribute__((target("avx2,fma"))) void add_columns_avx2(const pal_real* columns, size_t stride,
                                                           const pal_real* weights, uint32_t count, bool onto,
                                                           pal_real* sum) {
@@ -81,14 +80,14 @@ __attribute__((target("avx2,fma"))) void add_columns_avx2(const pal_real* column
 }
 
 #if !(defined(PALPATE_FLOAT64) && PALPATE_FLOAT64)
-// Both weights of a pair, in one integer.
+// Returns both weights of a pair in one integer.
 int pair_of(const int16_t* weights) {
   int pair;
   memcpy(&pair, weights, sizeof pair);
   return pair;
 }
 
-// The weight of a single column, paired with 0. A widened entry is a pair of the entry and its sign bits.
+// Returns the weight of a single column, paired with 0. A widened entry is a pair of entry and sign bits.
 int single_of(const int16_t* weight) {
   return static_cast<uint16_t>(*weight);
 }
@@ -136,7 +135,7 @@ void add_rounded_avx2(const int16_t* columns, const RoundedWeights& rounded, boo
                   rounded.unit, true, sum);
 }
 
-// 6 registers of 16 sums; one instruction multiplies and adds. GCC warns of the unmasked conversion.
+// Keeps 6 registers of 16 sums. The full masks avoid GCC's warning about unmasked conversions.
 __attribute__((target("avx512f,avx512vnni"))) void add_rounded_avx512vnni(const int16_t* columns,
                                                                           const RoundedWeights& rounded,
                                                                           bool onto, pal_real* sum) {

@@ -15,18 +15,18 @@ namespace palpate {
 using AddColumns = void (*)(const pal_real* columns, size_t stride, const pal_real* weights, uint32_t count,
                             bool onto, pal_real* sum);
 
-// Integer weights for int16 columns (pack::rounded_place), with the units of their sums. The first three
-// weights have a unit of their own, because the other weights may be much smaller.
+// Integer weights for int16 columns (pack::rounded_place). The first three weights have a unit of their own,
+// because the other weights may be much smaller.
 struct RoundedWeights {
-  uint32_t num_pairs;  // pairs of columns after the first three
-  pal_real first_unit;
-  pal_real unit;  // unit of the columns after the first three
+  uint32_t num_pairs;   // pairs of columns after the first three
+  pal_real first_unit;  // value of 1 in the sums of the first three columns
+  pal_real unit;        // value of 1 in the sums of the other columns
   int16_t weights[3 + 2 * pack::num_column_pairs(3 + pack::kMostRank)];  // [3 + 2 num_pairs]
 };
 
 // sum[i] = (onto ? sum[i] : 0) + sum over j < 3 + 2 num_pairs of (j < 3 ? first_unit : unit) * weights[j] *
-// columns[pack::rounded_place(j, i)], i < pack::kPanelRows. The 32-bit integer sums are exact: the caller's
-// weights are small enough. Columns are aligned to 64 bytes.
+// columns[pack::rounded_place(j, i)], i < pack::kPanelRows. The 32-bit integer sums are exact for
+// the weights of round_weights(). Columns are aligned to 64 bytes.
 using AddRounded = void (*)(const int16_t* columns, const RoundedWeights& rounded, bool onto, pal_real* sum);
 
 inline void clear_panels(uint32_t count, pal_real* sum) {

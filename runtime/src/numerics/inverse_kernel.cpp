@@ -45,8 +45,8 @@ void combine_scalar(const double* rows, size_t stride, uint32_t count, const dou
 
 #ifdef PALPATE_X86
 
-// Both loops take the three rows of a node together. Nine factors and three columns stay in registers, so
-// that nine multiply-adds need three numbers of the matrix.
+// The loops take the three rows of a node together. Nine factors and three columns stay in registers, so that
+// nine multiply-adds need three numbers of the matrix.
 
 __attribute__((target("avx2,fma"))) void multiply_avx2(const double* matrix, size_t stride,
                                                        uint32_t num_nodes, const double* x, double* y) {

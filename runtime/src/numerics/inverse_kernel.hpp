@@ -21,8 +21,8 @@ struct InverseKernel {
                   double* out);
 };
 
-// Lists the kernels that this processor can run, the fastest last. Returns their number. avx2 and avx512 give
-// the same bits.
+// Lists the kernels that this processor can run, the fastest last. Returns their number. The kernels avx2 and
+// avx512 give the same bits.
 inline constexpr uint32_t kMostInverseKernels = 3;
 uint32_t list_inverse_kernels(InverseKernel kernels[kMostInverseKernels]);
 

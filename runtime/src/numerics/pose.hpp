@@ -9,20 +9,18 @@
 
 namespace palpate {
 
-// An identity rotation costs nothing: most organs and many tools do not rotate.
+// The products skip an identity, because most organs and many tools do not rotate.
 struct Rotation {
   double m[9];
   bool is_identity;
 };
 
-// read_pose() normalises a quaternion whose length is within this distance of 1, and refuses any other
-// quaternion.
+// read_pose() normalises a quaternion whose length is within this distance of 1, and refuses others.
 inline constexpr double kQuaternionDrift = 0.01;
-// Largest coordinate, whose square does not overflow.
+// The largest accepted coordinate. Its square does not overflow.
 inline constexpr double kMostPosition = 1e100;
 
-// Checks a pose and normalises its quaternion. False if a number is not finite or absurd, or if the
-// quaternion is no rotation.
+// Checks a pose and normalises its quaternion. Returns false beyond the limits above, or for a NaN.
 inline bool read_pose(const pal_pose& given, pal_pose& pose) {
   double square = 0;
   for (const double component : given.orientation) square += component * component;
@@ -33,7 +31,7 @@ inline bool read_pose(const pal_pose& given, pal_pose& pose) {
     if (!(fabs(component) <= kMostPosition)) return false;
   }
   pose = given;
-  // Skips a normalised quaternion, so that a recorded pose replays to the same bits.
+  // A normalised quaternion stays as given, so that a recorded pose replays to the same bits.
   constexpr double kRounding = 2e-15;
   if (fabs(square - 1.0) <= kRounding) return true;
   const double scale = 1.0 / sqrt(square);
@@ -41,7 +39,7 @@ inline bool read_pose(const pal_pose& given, pal_pose& pose) {
   return true;
 }
 
-// R of a unit quaternion w, x, y, z: R v = v + 2 w (q x v) + 2 q x (q x v), q = (x, y, z).
+// The rotation R of a unit quaternion w, x, y, z: R v = v + 2 w (q x v) + 2 q x (q x v), q = (x, y, z).
 inline Rotation rotation_of(const double q[4]) {
   const double w = q[0];
   const double x = q[1];
@@ -53,7 +51,7 @@ inline Rotation rotation_of(const double q[4]) {
           x == 0 && y == 0 && z == 0};
 }
 
-// R v.
+// out = R v.
 inline void rotate(const Rotation& R, const double v[3], double out[3]) {
   if (R.is_identity) {
     for (int i = 0; i < 3; ++i) out[i] = v[i];
@@ -62,7 +60,7 @@ inline void rotate(const Rotation& R, const double v[3], double out[3]) {
   for (int i = 0; i < 3; ++i) out[i] = R.m[3 * i] * v[0] + R.m[3 * i + 1] * v[1] + R.m[3 * i + 2] * v[2];
 }
 
-// R^T v.
+// out = R^T v.
 inline void rotate_back(const Rotation& R, const double v[3], double out[3]) {
   if (R.is_identity) {
     for (int i = 0; i < 3; ++i) out[i] = v[i];
@@ -71,7 +69,7 @@ inline void rotate_back(const Rotation& R, const double v[3], double out[3]) {
   for (int i = 0; i < 3; ++i) out[i] = R.m[i] * v[0] + R.m[3 + i] * v[1] + R.m[6 + i] * v[2];
 }
 
-// R K R^T.
+// out = R K R^T.
 inline void rotate_matrix(const Rotation& R, const double K[9], double out[9]) {
   if (R.is_identity) {
     for (int i = 0; i < 9; ++i) out[i] = K[i];
@@ -88,8 +86,8 @@ inline void rotate_matrix(const Rotation& R, const double K[9], double out[9]) {
   }
 }
 
-// The turn from one unit quaternion to another: twice the vector part of now * conjugate(before), with
-// non-negative scalar part. A small turn equals the rotation vector.
+// Computes the turn from one unit quaternion to another: twice the vector part of now * conjugate(before),
+// with non-negative scalar part. A small turn equals the rotation vector.
 inline void turn_between(const double before[4], const double now[4], double out[3]) {
   const double w = now[0] * before[0] + now[1] * before[1] + now[2] * before[2] + now[3] * before[3];
   const double scale = w < 0 ? -2.0 : 2.0;
@@ -113,14 +111,14 @@ inline void quaternion_of(const double turn[3], double q[4]) {
 
 // The turn that leads from the orientation `from` to the orientation `to`, both given as turns.
 inline void find_turn_change(const double from[3], const double to[3], double out[3]) {
-  double was[4];
-  double is[4];
-  quaternion_of(from, was);
-  quaternion_of(to, is);
-  turn_between(was, is, out);
+  double q_from[4];
+  double q_to[4];
+  quaternion_of(from, q_from);
+  quaternion_of(to, q_to);
+  turn_between(q_from, q_to, out);
 }
 
-// conjugate(a) * b.
+// out = conjugate(a) * b.
 inline void divide_quaternions(const double a[4], const double b[4], double out[4]) {
   out[0] = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
   for (int i = 0; i < 3; ++i) {
@@ -130,6 +128,7 @@ inline void divide_quaternions(const double a[4], const double b[4], double out[
   }
 }
 
+// sum += a x b.
 inline void add_cross(const double a[3], const double b[3], double sum[3]) {
   sum[0] += a[1] * b[2] - a[2] * b[1];
   sum[1] += a[2] * b[0] - a[0] * b[2];

@@ -6,23 +6,23 @@
 namespace palpate {
 
 bool factor_semidefinite(uint32_t count, double least_part, double* factor) {
-  bool is_whole = true;
+  bool is_definite = true;
   for (uint32_t k = 0; k < count; ++k) {
     double* row = factor + size_t{k} * count;
-    const double own = row[k];
+    const double diagonal = row[k];
     for (uint32_t i = 0; i < k; ++i) {
       const double* above = factor + size_t{i} * count;
       for (uint32_t j = k; j < count; ++j) row[j] -= above[k] * above[j];
     }
-    if (!(row[k] > least_part * own)) {
-      is_whole = false;
+    if (!(row[k] > least_part * diagonal)) {
+      is_definite = false;
       for (uint32_t j = k; j < count; ++j) row[j] = 0;
       continue;
     }
     const double inverse = 1.0 / sqrt(row[k]);
     for (uint32_t j = k; j < count; ++j) row[j] *= inverse;
   }
-  return is_whole;
+  return is_definite;
 }
 
 void solve_semidefinite(const double* factor, uint32_t count, double* x) {

@@ -1,5 +1,5 @@
-// Cholesky factorisation U^T U of a small symmetric positive semidefinite matrix. The matrix of given forces
-// is singular if contacts share all their nodes, for example.
+// Cholesky factorisation U^T U of a small symmetric positive semidefinite matrix. For example, the matrix of
+// given forces is singular if contacts share all their nodes.
 #pragma once
 
 #include <stdint.h>

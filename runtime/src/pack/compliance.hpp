@@ -20,7 +20,7 @@ struct NodalForces {
 void contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j, double block[9]);
 
 // Writes the displacements of `count` panels from `first` on under nodal forces to sum[96 count], or adds the
-// displacements if `onto`. The compliance is dense. Cost: reads 288 numbers a panel and loaded node.
+// displacements if `onto`. Needs a dense compliance. Cost: reads 288 numbers a panel and loaded node.
 void fill_compliance_field(const pal_pack& pack, const NodalForces& forces, uint32_t first, uint32_t count,
                            const FieldKernel& kernel, bool onto, pal_real* sum);
 

@@ -13,7 +13,7 @@ void compressed_contact_compliance(const pal_pack& pack, uint32_t i, uint32_t j,
   if (stored.rank == pack::kPanelRows) {
     for (uint32_t r = 0; r < 3; ++r) {
       for (uint32_t c = 0; c < 3; ++c) {
-        // A diagonal block stores both halves, which differ by rounding: the code uses one half.
+        // A diagonal block stores both halves, which differ by rounding. The lower half alone is used.
         const bool other_half = i == j && r < c;
         block[3 * r + c] = other_half ? static_cast<double>(coefficients[pack::kPanelRows * r + row + c])
                                       : static_cast<double>(coefficients[pack::kPanelRows * c + row + r]);
@@ -52,10 +52,10 @@ void fill_compressed_field(const pal_pack& pack, const NodalForces& forces, uint
         add_columns(coefficients, pack::kPanelRows, force, 3, true, rows);
         continue;
       }
-      pal_real* to = modes + size_t{panel} * pack::kPanelRows;
+      pal_real* panel_modes = modes + size_t{panel} * pack::kPanelRows;
       for (uint32_t k = 0; k < rank; ++k)
-        to[k] += force[0] * coefficients[k] + force[1] * coefficients[rank + k] +
-                 force[2] * coefficients[2 * rank + k];
+        panel_modes[k] += force[0] * coefficients[k] + force[1] * coefficients[rank + k] +
+                          force[2] * coefficients[2 * rank + k];
       if (rank > num_modes[panel]) num_modes[panel] = rank;
     }
   }

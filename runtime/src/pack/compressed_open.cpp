@@ -37,13 +37,13 @@ bool are_places_valid(const pal_pack& pack) {
 bool are_blocks_valid(const pal_pack& pack, uint64_t num_coefficients) {
   const pack::CompressedBlock* block = pack.compressed_blocks;
   for (uint32_t node = 0; node < pack.num_contact_nodes; ++node) {
-    const uint32_t own = pack.node_places[pack.contact_nodes[node]] / pack::kPanelNodes;
+    const uint32_t own_panel = pack.node_places[pack.contact_nodes[node]] / pack::kPanelNodes;
     for (uint32_t p = 0; p < pack.num_panels; ++p, ++block) {
       const bool is_exact = block->rank == pack::kPanelRows;
       if (is_exact) {
         constexpr uint32_t kLineUnits = pack::kAlignment / (pack::kBlockUnit * sizeof(pal_real));
         if (block->start % kLineUnits != 0) return false;
-      } else if (p == own || block->rank % pack::kRankStep != 0 ||
+      } else if (p == own_panel || block->rank % pack::kRankStep != 0 ||
                  block->rank > pack.compressed_panels[p].num_columns) {
         return false;
       }
@@ -54,7 +54,7 @@ bool are_blocks_valid(const pal_pack& pack, uint64_t num_coefficients) {
   return true;
 }
 
-// The diagonal of A_jj.
+// The diagonal of A_jj (compliance.hpp), j the contact node.
 void own_compliance(const pal_pack& pack, uint32_t contact_node, double diagonal[3]) {
   double block[9];
   compressed_contact_compliance(pack, contact_node, contact_node, block);
@@ -66,7 +66,7 @@ uint32_t find_contact(const pal_pack& pack, uint32_t node) {
   return find_sorted(pack.num_contact_nodes, node, [&](uint32_t i) { return pack.contact_nodes[i]; });
 }
 
-// For each dof of the panel, the root of its own compliance; a large bound for a dof that no tool can touch.
+// The square root of each dof's own compliance in a panel; a large bound for a dof that no tool can touch.
 void find_roots(const pal_pack& pack, uint32_t panel, pal_real roots[pack::kPanelRows]) {
   constexpr double kNoBound = 1e50;
   for (uint32_t place = 0; place < pack::kPanelNodes; ++place) {
@@ -79,7 +79,7 @@ void find_roots(const pal_pack& pack, uint32_t panel, pal_real roots[pack::kPane
   }
 }
 
-// Whether |column[row]| <= roots[row] root for all rows, by bits as in all_within().
+// Whether |column[row]| <= roots[row] root for all rows. Compares bits, as all_within() does.
 bool is_column_within(const pal_real* column, const pal_real* roots, pal_real root) {
   BitsOf<pal_real> differences = 0;
   for (uint32_t row = 0; row < pack::kPanelRows; ++row)
@@ -103,9 +103,9 @@ bool are_numbers_valid(const pal_pack& pack, double tolerance) {
   const AddColumns add_columns = choose_field_kernel().add_columns;
   const double slack = 1.0 + tolerance + 1e-5;
   for (uint32_t panel = 0; panel < pack.num_panels; ++panel) {
-    const pack::CompressedPanel& about = pack.compressed_panels[panel];
+    const pack::CompressedPanel& stored = pack.compressed_panels[panel];
     const pal_real* basis = panel_basis(pack, panel);
-    if (!all_within(basis, size_t{about.num_columns} * pack::kPanelRows, kLargestBasis)) return false;
+    if (!all_within(basis, size_t{stored.num_columns} * pack::kPanelRows, kLargestBasis)) return false;
     pal_real roots[pack::kPanelRows];
     find_roots(pack, panel, roots);
     for (uint32_t node = 0; node < pack.num_contact_nodes; ++node) {
@@ -114,9 +114,9 @@ bool are_numbers_valid(const pal_pack& pack, double tolerance) {
       double diagonal[3];
       own_compliance(pack, node, diagonal);
       double largest = 0;
-      for (const double own : diagonal) {
-        if (!is_own_compliance(pack, own)) return false;
-        largest = own > largest ? own : largest;
+      for (const double entry : diagonal) {
+        if (!is_own_compliance(pack, entry)) return false;
+        largest = entry > largest ? entry : largest;
       }
       const double limit = kLargestAmplification * largest;
       if (block.rank == pack::kPanelRows
@@ -125,10 +125,10 @@ bool are_numbers_valid(const pal_pack& pack, double tolerance) {
         return false;
       for (uint32_t axis = 0; axis < 3; ++axis) {
         const pal_real* column = coefficients + size_t{axis} * block.rank;
-        alignas(64) pal_real made[pack::kPanelRows];
+        alignas(64) pal_real expanded[pack::kPanelRows];
         if (block.rank != pack::kPanelRows) {
-          add_columns(basis, pack::kPanelRows, column, block.rank, false, made);
-          column = made;
+          add_columns(basis, pack::kPanelRows, column, block.rank, false, expanded);
+          column = expanded;
         }
         if (!is_column_within(column, roots, static_cast<pal_real>(slack * sqrt(diagonal[axis]))))
           return false;

@@ -1,8 +1,7 @@
 // The place of a contact: a site, or a point of the surface between up to three sites.
 //
 // The answer at a point is f = sum_i w_i f_i(d), with the barycentric weights w of the point. f_i(d) are the
-// answers of its triangle's corners to the same displacement d of the tool. Energy, stiffness and field follow the
-// same sum.
+// answers of its triangle's corners to the displacement d. Energy, stiffness and field follow the same sum.
 // - Weights are continuous over the surface, because a corner's weight is zero on the opposite edge. So
 //   displacement and force are continuous as a contact slides.
 // - At a fixed point the force is the gradient of an energy.
@@ -25,14 +24,14 @@ struct Corner {
 
 inline constexpr uint32_t kMostCorners = 4;
 
-// Weights > 0 of up to three corners, with sum 1; or the weights of a difference (below).
+// Weights > 0 of up to three corners, with sum 1; or the weights of a difference (difference_from()).
 struct ContactPlace {
   uint32_t count;
   Corner corners[kMostCorners];
 };
 
-// The site's own weight: 1 less the neighbours' weights. Every caller uses this function to the bit, because
-// a site of weight zero may be any number.
+// The site's own weight: 1 less the neighbours' weights. All callers need the same rounding, because a site
+// of weight zero may be any number.
 inline double own_weight(const pal_contact& contact) {
   return 1.0 - (contact.neighbour_weights[0] + contact.neighbour_weights[1]);
 }
@@ -71,42 +70,40 @@ inline ContactPlace place_of(const pal_contact& contact) {
   return place;
 }
 
-// The difference of a place and a site: weights of up to four corners with sum 0. Empty where the place is
-// that site.
+// The difference of a place and a site: weights of up to four corners, with sum 0. Empty if both are equal.
 inline ContactPlace difference_from(const ContactPlace& place, uint32_t site) {
   ContactPlace difference = {};
-  double own = -1;
+  double site_weight = -1;
   for (uint32_t i = 0; i < place.count; ++i) {
     if (place.corners[i].site == site) {
-      own += place.corners[i].weight;
+      site_weight += place.corners[i].weight;
     } else {
       difference.corners[difference.count++] = place.corners[i];
     }
   }
-  if (difference.count > 0) difference.corners[difference.count++] = {site, own};
+  if (difference.count > 0) difference.corners[difference.count++] = {site, site_weight};
   return difference;
 }
 
 // The site of the largest weight.
 inline uint32_t nearest_site(const pal_contact& contact) {
   const double* others = contact.neighbour_weights;
-  const double rest = own_weight(contact);
-  if (others[0] > rest && others[0] >= others[1]) return contact.neighbours[0];
-  return others[1] > rest ? contact.neighbours[1] : contact.site;
+  const double own = own_weight(contact);
+  if (others[0] > own && others[0] >= others[1]) return contact.neighbours[0];
+  return others[1] > own ? contact.neighbours[1] : contact.site;
 }
 
-// Whether the site's weight is the largest weight, nearly. A contact that trembles between two sites keeps
-// its site.
+// Whether the site has nearly the largest weight. A contact that trembles between two sites keeps its site.
 inline bool is_about_nearest(const pal_contact& contact, uint32_t site) {
-  constexpr double kReluctance = 0.1;
+  constexpr double kHysteresis = 0.1;
   const ContactPlace place = place_of(contact);
-  double own = 0;
+  double site_weight = 0;
   double largest = 0;
   for (uint32_t i = 0; i < place.count; ++i) {
-    own += place.corners[i].site == site ? place.corners[i].weight : 0.0;
+    site_weight += place.corners[i].site == site ? place.corners[i].weight : 0.0;
     largest = std::max(largest, place.corners[i].weight);
   }
-  return own >= largest - kReluctance;
+  return site_weight >= largest - kHysteresis;
 }
 
 }  // namespace palpate

@@ -16,15 +16,15 @@ bool indices_valid(const uint32_t* indices, size_t count, uint32_t limit, bool r
   return true;
 }
 
-// Whether a vector has unit length; `rounding` bounds the error of the squared length.
+// Whether all vectors [count][3] have unit length. `rounding` bounds the error of the squared length.
 template <typename Real>
 bool are_unit_vectors(const Real* vectors, size_t count, Real rounding) {
-  bool are = true;
+  bool are_unit = true;
   for (const Real* v = vectors; v != vectors + 3 * count; v += 3) {
     const Real square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    are = are && square >= 1 - rounding && square <= 1 + rounding;
+    are_unit = are_unit && square >= 1 - rounding && square <= 1 + rounding;
   }
-  return are;
+  return are_unit;
 }
 
 }  // namespace
@@ -106,7 +106,7 @@ bool read_surface_bvh(const pack::SurfaceBvh& surface, uint64_t first_offset, pa
     return false;
   }
   constexpr float kNormalRounding = 1e-5f;
-  // The bound of boxes, which the builder rounds outward from positions within kLargestScale.
+  // The builder rounds boxes outward from positions within kLargestScale.
   constexpr auto kLargestBound = static_cast<float>(1.001 * kLargestScale);
   const pack::BvhNode& root = view.bvh_nodes[0];
   return all_within(root.min, 3, kLargestBound) && all_within(root.max, 3, kLargestBound) &&

@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// Each function sets its part of `view`. False if an array is missing or misplaced, or its content is invalid.
+// Each function sets its part of `view`. False if an array is missing or misplaced, or has invalid content.
 // Arrays lie at `first_offset` or later: the first aligned byte behind the tables.
 
 bool read_geometry(const pack::Geometry& geometry, uint64_t first_offset, pal_pack& view);

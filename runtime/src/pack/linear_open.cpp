@@ -18,7 +18,7 @@ bool is_compliance(const double* blocks, uint64_t num_nodes) {
   const auto diagonal = [&](uint64_t node, uint64_t axis) {
     return blocks[9 * pack::lower_block(node, node) + 4 * axis];
   };
-  bool is = true;
+  bool is_valid = true;
   for (uint64_t i = 0; i < num_nodes; ++i) {
     const double* block = blocks + 9 * pack::lower_block(i, 0);
     for (uint64_t j = 0; j <= i; ++j, block += 9) {
@@ -26,16 +26,16 @@ bool is_compliance(const double* blocks, uint64_t num_nodes) {
         for (uint64_t b = 0; b < 3; ++b) {
           const double entry = block[3 * a + b];
           const double bound = diagonal(i, a) * diagonal(j, b) * (1.0 + kRounding);
-          is = is && entry * entry <= bound && (i != j || entry == block[3 * b + a]);
+          is_valid = is_valid && entry * entry <= bound && (i != j || entry == block[3 * b + a]);
         }
       }
     }
-    if (!is) return false;
+    if (!is_valid) return false;
   }
   return true;
 }
 
-// Needs the compliance.
+// Call read_compliance() first, because a node's own compliance bounds its forces.
 bool read_site_forces(const pack::Segment* segment, uint64_t first_offset, bool trusted, pal_pack& pack) {
   const uint32_t num_entries = pack.patch_starts[pack.num_sites];
   pack.site_forces = array_of<double>(pack, segment, first_offset, uint64_t{9} * num_entries);

@@ -15,13 +15,13 @@ namespace palpate {
 // way to a force, and no float32 on the way to a displacement.
 inline constexpr double kLargestScale = 1e15;   // limit of lengths and units; the smallest is 1 / this
 inline constexpr double kLargestEnergy = 1e60;  // limit of energy coefficients
-// Displacement of any node per displacement of the tool: a field coefficient relative to max_displacement, a
-// column of the field compliance relative to its diagonal.
+// Limit of the displacement of any node per displacement of the tool: a field coefficient over
+// max_displacement, or an entry of a column of the field compliance over the column's diagonal entry.
 inline constexpr double kLargestAmplification = 1e6;
-inline constexpr double kLargestPush =
-    1e20;  // limit of forces: max_displacement in m over the compliance of a contact node
-// Force at a patch node per displacement of the patch, relative to the force that moves the node alone as
-// far.
+// Limit of forces: max_displacement in m over the compliance of a contact node.
+inline constexpr double kLargestPush = 1e20;
+// Limit of the force at a patch node per displacement of the patch, relative to the force that moves the node
+// alone as far.
 inline constexpr double kLargestNodalForce = 1e8;
 inline constexpr uint32_t kMostNodes = 1u << 26;  // products of counts stay below 2^64
 
@@ -42,7 +42,7 @@ inline uint64_t bits_of_size(const double& value) {
 template <typename Number>
 using BitsOf = decltype(bits_of_size(Number{}));
 
-// Whether any of the differences combined by | is negative: its highest bit is then set.
+// Whether no difference among those combined by | is negative: a negative difference sets the highest bit.
 template <typename Bits>
 bool none_below_zero(Bits differences) {
   return differences >> (8 * sizeof differences - 1) == 0;

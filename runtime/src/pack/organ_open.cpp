@@ -50,25 +50,25 @@ bool are_nodes(const pal_pack& pack, const OrganView& organ, uint64_t num_entrie
   return first_element == num_entries;
 }
 
-// Whether volume patches are numbered in order, their elements consecutive, of one material with a volumetric
-// part and within the capacity.
+// Whether volume patches are numbered in order and fit the capacity. The elements of a patch must be
+// consecutive, and of one material with a volumetric part.
 bool are_patches(const pal_pack& pack, OrganView& organ) {
   uint32_t num_nodes = 0;
   for (uint32_t e = 0; e < organ.num_elements; ++e) {
     const pack::OrganElement& element = organ.elements[e];
     if (element.volume_patch == pack::kNoPatch) continue;
-    const bool goes_on = e > 0 && element.volume_patch == organ.elements[e - 1].volume_patch;
-    if (!goes_on && element.volume_patch != organ.num_patches++) return false;
-    num_nodes = goes_on ? num_nodes + element.num_nodes : element.num_nodes;
+    const bool continues_patch = e > 0 && element.volume_patch == organ.elements[e - 1].volume_patch;
+    if (!continues_patch && element.volume_patch != organ.num_patches++) return false;
+    num_nodes = continues_patch ? num_nodes + element.num_nodes : element.num_nodes;
     if (num_nodes > pack::kMostPatchNodes ||
         pack.zone_materials[element.material].law == pack::ZoneLaw::linear_elastic ||
-        (goes_on && element.material != organ.elements[e - 1].material))
+        (continues_patch && element.material != organ.elements[e - 1].material))
       return false;
   }
   return true;
 }
 
-// Whether the rows of a front ascend, lie behind its columns, and stand among the columns and rows of its parent.
+// Whether the rows of a front ascend, lie behind its columns, and are columns or rows of its parent.
 bool are_rows(const OrganView& organ, const pack::Front& front) {
   const uint32_t* rows = organ.rows + front.first_row;
   const pack::Front* parent = front.parent == pack::kNoFront ? nullptr : organ.fronts + front.parent;
@@ -79,8 +79,8 @@ bool are_rows(const OrganView& organ, const pack::Front& front) {
     if (place < least || place >= organ.num_free) return false;
     least = place + 1;
     if (place >= parent->first_column && place - parent->first_column < parent->num_columns) continue;
-    const uint32_t* of_parent = organ.rows + parent->first_row;
-    if (!std::binary_search(of_parent, of_parent + parent->num_rows, place)) return false;
+    const uint32_t* parent_rows = organ.rows + parent->first_row;
+    if (!std::binary_search(parent_rows, parent_rows + parent->num_rows, place)) return false;
   }
   return true;
 }
@@ -113,15 +113,15 @@ bool are_fronts(const OrganView& organ, uint64_t num_rows) {
   for (uint32_t f = 0; f < organ.num_fronts; ++f) {
     if (!are_rows(organ, organ.fronts[f])) return false;
     if (organ.fronts[f].parent != pack::kNoFront) ++num_parents;
-    uint32_t left = organ.fronts[f].num_within - 1;
-    for (uint32_t child = f; left > 0; ++num_children) {
+    uint32_t num_left = organ.fronts[f].num_within - 1;
+    for (uint32_t child = f; num_left > 0; ++num_children) {
       child -= child == f ? 1 : organ.fronts[child].num_within;
-      if (organ.fronts[child].parent != f || organ.fronts[child].num_within > left) return false;
-      left -= organ.fronts[child].num_within;
+      if (organ.fronts[child].parent != f || organ.fronts[child].num_within > num_left) return false;
+      num_left -= organ.fronts[child].num_within;
     }
   }
   if (num_children != num_parents) return false;
-  // Whether the places are a permutation needs memory: fill_front_of() checks it.
+  // fill_front_of() checks that the places are a permutation, because this check needs memory.
   for (uint32_t place = 0; place < organ.num_free; ++place) {
     if (organ.order[place] >= organ.num_free) return false;
   }
@@ -158,7 +158,7 @@ bool read_organ(const pack::Organ& table, uint64_t first_offset, pal_pack& pack)
     if (organ.elements[e].num_nodes != 4) ++organ.num_quadratic;
     num_corners += organ.elements[e].num_nodes;
   }
-  // Lists of distinct elements that contain the node are complete where their lengths add up.
+  // Lists of distinct elements that contain the node are complete if the lengths add up to the corners.
   if (num_entries != num_corners) return false;
   if (!are_nodes(pack, organ, num_entries) || !are_patches(pack, organ) || !are_fronts(organ, num_rows))
     return false;

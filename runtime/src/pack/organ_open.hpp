@@ -1,4 +1,4 @@
-// Reading the organ's mesh and elimination tree from a pack.
+// Reads the organ's mesh and elimination tree from a pack.
 #pragma once
 
 #include "runtime/src/pack/pack_view.hpp"
@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// Needs the nonlinear zones, whose materials the elements name, and whose nodes and elements are the organ's.
+// Sets pal_pack::organ. False if the content is invalid. Call read_zone() first: elements name its materials.
 bool read_organ(const pack::Organ& organ, uint64_t first_offset, pal_pack& pack);
 
 }  // namespace palpate

@@ -3,7 +3,7 @@
 // Each step makes the next step's reads safe:
 // - header,
 // - FlatBuffers verifier,
-// - meaning: each segment lies in the file with the size that its tables imply; indices and numbers are within bounds,
+// - meaning: each segment has the size that the tables imply; indices and numbers are within bounds,
 // - checksum.
 //
 // PAL_VERIFY_NEVER skips the checks of the models' numbers, and the checksum.
@@ -72,11 +72,11 @@ bool read_surveys(const pack::Pack& tables, pal_pack& pack) {
                                    bin->displacement_growth() == 0 && bin->force_growth() == 0))
         return false;
       const double width = bin->to() - from;
-      const ErrorBinView of = {bin->to(), bin->displacement_bound(),
-                               bin->displacement_bound() * bin->displacement_growth() / width,
-                               bin->force_bound(), bin->force_bound() * bin->force_growth() / width};
-      if (!isfinite(of.displacement_slope) || !isfinite(of.force_slope)) return false;
-      view.bins[view.num_bins++] = of;
+      const ErrorBinView bin_view = {bin->to(), bin->displacement_bound(),
+                                     bin->displacement_bound() * bin->displacement_growth() / width,
+                                     bin->force_bound(), bin->force_bound() * bin->force_growth() / width};
+      if (!isfinite(bin_view.displacement_slope) || !isfinite(bin_view.force_slope)) return false;
+      view.bins[view.num_bins++] = bin_view;
       from = bin->to();
     }
     view.most_contacts = survey->most_contacts();

@@ -37,8 +37,8 @@ struct SurveyView {
   double set_force_reach_bound;
 };
 
-// The organ as a finite element model and the tree of its elimination; Organ in schemas/pack.fbs. `nodes` is null
-// in a pack without zones. The materials are pal_pack::zone_materials.
+// The organ as a finite element model and the tree of its elimination; Organ in schemas/pack.fbs. `nodes` is
+// null in a pack without zones. The materials are pal_pack::zone_materials.
 struct OrganView {
   uint32_t num_nodes;
   uint32_t num_free;

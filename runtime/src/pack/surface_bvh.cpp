@@ -32,7 +32,7 @@ void add_scaled(const double a[3], double t, const double b[3], double sum[3]) {
   for (int i = 0; i < 3; ++i) sum[i] = a[i] + t * b[i];
 }
 
-// The feature of the nearest point: + the corner, or the corner opposite the edge.
+// The feature of the nearest point: kEdge + k is the edge opposite corner k, kVertex + k is corner k.
 constexpr uint32_t kFace = 0;
 constexpr uint32_t kEdge = 1;
 constexpr uint32_t kVertex = 4;
@@ -93,7 +93,7 @@ void find_nearest_on(const double corners[3][3], Nearest& nearest) {
   double ac[3];
   subtract(corners[1], corners[0], ab);
   subtract(corners[2], corners[0], ac);
-  // A position beyond a corner along both edges, or exactly at the corner.
+  // A corner is nearest to a position beyond the corner along both edges, and to a position at the corner.
   const double b_ab = -dot(ab, corners[1]);
   const double c_ac = -dot(ac, corners[2]);
   if (dot(ab, corners[0]) >= 0 && dot(ac, corners[0]) >= 0) return take_vertex(corners, 0, nearest);
@@ -148,19 +148,19 @@ double larger(double a, double b) {
 
 // Corners of a triangle, relative to the position.
 struct Corners {
-  double from[3][3];
+  double offsets[3][3];
 
   Corners(const pal_pack& pack, const double position[3], uint32_t primitive) {
     for (uint32_t k = 0; k < 3; ++k)
-      subtract(site_position(pack, pack.primitives[size_t{3} * primitive + k]), position, from[k]);
+      subtract(site_position(pack, pack.primitives[size_t{3} * primitive + k]), position, offsets[k]);
   }
 
   // Squared distance to the triangle's box: a lower bound of the distance to the triangle, up to rounding.
   double square_from_box() const {
     double square = 0;
     for (int i = 0; i < 3; ++i) {
-      const double least = smaller(smaller(from[0][i], from[1][i]), from[2][i]);
-      const double most = larger(larger(from[0][i], from[1][i]), from[2][i]);
+      const double least = smaller(smaller(offsets[0][i], offsets[1][i]), offsets[2][i]);
+      const double most = larger(larger(offsets[0][i], offsets[1][i]), offsets[2][i]);
       const double beyond = larger(larger(least, -most), 0);
       square += beyond * beyond;
     }
@@ -171,7 +171,7 @@ struct Corners {
 Nearest nearest_on_primitive(const Corners& corners, uint32_t primitive) {
   Nearest nearest;
   nearest.primitive = primitive;
-  find_nearest_on(corners.from, nearest);
+  find_nearest_on(corners.offsets, nearest);
   return nearest;
 }
 
@@ -293,7 +293,7 @@ const float* normal_of(const pal_pack& pack, const Nearest& nearest) {
   return pack.site_normals + size_t{3} * pack.primitives[size_t{3} * nearest.primitive + corner];
 }
 
-void fill(const pal_pack& pack, const Nearest& nearest, SurfaceHit& hit) {
+void fill_hit(const pal_pack& pack, const Nearest& nearest, SurfaceHit& hit) {
   hit.primitive = nearest.primitive;
   const double* corners[3];
   for (uint32_t k = 0; k < 3; ++k) {
@@ -350,7 +350,7 @@ bool find_nearest_surface_point(const pal_pack& pack, const double position[3], 
   search.accept(nearest_on_primitive(Corners(pack, position, start), start));
   const SurfaceVisits visited = search_tree(search);
   if (visits != nullptr) *visits = visited;
-  fill(pack, search.nearest, hit);
+  fill_hit(pack, search.nearest, hit);
   return true;
 }
 

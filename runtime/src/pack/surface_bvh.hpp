@@ -33,8 +33,8 @@ struct SurfaceVisits {
 };
 
 // Finds the nearest point, in model units. False, without output, in a pack without a tree or for a
-// coordinate beyond kLargestPosition. Among equally near primitives the smallest index wins, whatever
-// `start_primitive`. The last frame's primitive as start makes the search short. `visits` may be null.
+// coordinate beyond kLargestPosition. Among equally near primitives the smallest index wins. The last frame's
+// primitive as `start_primitive` shortens the search and does not change the result. `visits` may be null.
 bool find_nearest_surface_point(const pal_pack& pack, const double position[3], uint32_t start_primitive,
                                 SurfaceHit& hit, SurfaceVisits* visits = nullptr);
 

@@ -1,4 +1,4 @@
-// Reading the sizes and materials of nonlinear zones from a pack.
+// Reads the sizes and materials of nonlinear zones from a pack.
 #pragma once
 
 #include "runtime/src/pack/pack_view.hpp"
@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// Needs the compliance of linear_dd, dense or compressed.
+// False if the content is invalid. Call read_linear() first, because zones need the compliance.
 bool read_zone(const pack::NonlinearZone& zone, uint64_t first_offset, pal_pack& pack);
 
 }  // namespace palpate

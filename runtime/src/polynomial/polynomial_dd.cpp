@@ -16,7 +16,7 @@ constexpr uint32_t kMostMonomials = num_monomials(0, pack::kMaxDegree - 1);
 // A conversion of units and back changes a length by at most this part.
 constexpr double kRounding = 1e-9;
 
-// Value, gradient and Hessian (xx xy xz yy yz zz) of a part of the energy.
+// Holds value, gradient and Hessian (xx xy xz yy yz zz) of a part of the energy.
 struct Part {
   double value;
   double gradient[3];
@@ -33,12 +33,13 @@ Pair load_pair(const double* from) {
   return values;
 }
 
-// The terms of one degree n >= 2. Euler's theorem on homogeneous functions gives
+// Sums the terms of one degree n >= 2. Euler's theorem on homogeneous functions gives
 //
 //   grad E = Hess E x / (n - 1),   E = grad E . x / n.
 //
 // Hess E is a sum over the divided monomials x^a/a! y^b/b! z^c/c! of degree n - 2, without further factors.
-// Let monomial j have rest = b + c. In degree n (monomials.hpp) its coefficients are:
+// Let monomial j have rest = b + c. In degree n (monomials.hpp) the coefficients that multiply monomial j
+// are:
 // - xx at place j,
 // - xy and xz at place j + rest + 1 and the next place,
 // - yy, yz and zz at place j + 2 rest + 3 and the next two places.
@@ -72,23 +73,23 @@ Part differentiate(const double x[3], const double* monomials, const double* coe
   return part;
 }
 
-// g(s) = q_n(s) / s^n and its first two derivatives, s > 1. q_n is the expansion of s^n at s = 1 to second order.
+// Holds the factor k(s) = q_n(s) / s^n on E_n and its first two derivatives, s > 1 (polynomial_dd.hpp).
 struct Continuation {
-  double g, first, second;
+  double factor, first, second;
 };
 
 Continuation continue_energy(uint32_t degree, double s) {
   const double n = degree;
-  const double t = s - 1.0;
-  const double q = 1.0 + n * t + 0.5 * n * (n - 1.0) * t * t;
-  const double q1 = n + n * (n - 1.0) * t;
+  const double h = s - 1.0;
+  const double q = 1.0 + n * h + 0.5 * n * (n - 1.0) * h * h;
+  const double q1 = n + n * (n - 1.0) * h;
   const double q2 = n * (n - 1.0);
   double power = 1.0;  // s^-n
   for (uint32_t i = 0; i < degree; ++i) power /= s;
   return {q * power, (q1 - n * q / s) * power, (q2 - 2.0 * n * q1 / s + n * (n + 1.0) * q / (s * s)) * power};
 }
 
-// phi(c) and its first two derivatives. phi fades the nonlinear energy behind the surface (polynomial_dd.hpp).
+// Holds phi(c) and its first two derivatives by c = d . N |A N| (polynomial_dd.hpp).
 struct Fade {
   double phi, first, second;
 };
@@ -97,16 +98,17 @@ Fade fade_behind_surface(double c) {
   constexpr double kWidth = 0.5;
   if (c >= 0.0) return {1.0, 0.0, 0.0};
   if (c <= -kWidth) return {0.0, 0.0, 0.0};
-  const double t = -c / kWidth;
-  const double rest = 1.0 - t;
-  return {1.0 - t * t * t * (10.0 - 15.0 * t + 6.0 * t * t), 30.0 * t * t * rest * rest / kWidth,
-          -60.0 * t * rest * (rest - t) / (kWidth * kWidth)};
+  const double depth = -c / kWidth;
+  const double left = 1.0 - depth;
+  return {1.0 - depth * depth * depth * (10.0 - 15.0 * depth + 6.0 * depth * depth),
+          30.0 * depth * depth * left * left / kWidth,
+          -60.0 * depth * left * (left - depth) / (kWidth * kWidth)};
 }
 
-// Adds g(s) E_n with t = x / s:
+// Adds k(s) E_n, with t = x / s the gradient of s:
 //
-//   grad = g grad E + E g' t
-//   Hess = g Hess E + g' (t grad E^T + grad E t^T) + E (g'' t t^T + g'/s (I - t t^T)).
+//   grad = k grad E + E k' t
+//   Hess = k Hess E + k' (t grad E^T + grad E t^T) + E (k'' t t^T + k'/s (I - t t^T)).
 void add_continued(const Part& part, uint32_t degree, double s, const double t[3], Part& sum) {
   if (s <= 1.0) {
     sum.value += part.value;
@@ -115,11 +117,11 @@ void add_continued(const Part& part, uint32_t degree, double s, const double t[3
     return;
   }
   const Continuation continuation = continue_energy(degree, s);
-  sum.value += continuation.g * part.value;
+  sum.value += continuation.factor * part.value;
   for (int i = 0, ij = 0; i < 3; ++i) {
-    sum.gradient[i] += continuation.g * part.gradient[i] + part.value * continuation.first * t[i];
+    sum.gradient[i] += continuation.factor * part.gradient[i] + part.value * continuation.first * t[i];
     for (int j = i; j < 3; ++j, ++ij) {
-      sum.hessian[ij] += continuation.g * part.hessian[ij] +
+      sum.hessian[ij] += continuation.factor * part.hessian[ij] +
                          continuation.first * (t[i] * part.gradient[j] + part.gradient[i] * t[j]) +
                          part.value * (continuation.second * t[i] * t[j] +
                                        continuation.first / s * ((i == j ? 1.0 : 0.0) - t[i] * t[j]));
@@ -140,38 +142,81 @@ void to_unit_ball(const double A[9], const double d[3], double x[3]) {
 void pull_back(const double A[9], Part& part) {
   const double* H = part.hessian;
   const double full[3][3] = {{H[0], H[1], H[2]}, {H[1], H[3], H[4]}, {H[2], H[4], H[5]}};
-  double half[3][3];  // Hess A
+  double hessian_A[3][3];
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j)
-      half[i][j] = full[i][0] * A[j] + full[i][1] * A[3 + j] + full[i][2] * A[6 + j];
+      hessian_A[i][j] = full[i][0] * A[j] + full[i][1] * A[3 + j] + full[i][2] * A[6 + j];
   }
   const double g[3] = {part.gradient[0], part.gradient[1], part.gradient[2]};
   for (int i = 0, ij = 0; i < 3; ++i) {
     part.gradient[i] = A[i] * g[0] + A[3 + i] * g[1] + A[6 + i] * g[2];
     for (int j = i; j < 3; ++j, ++ij)
-      part.hessian[ij] = A[i] * half[0][j] + A[3 + i] * half[1][j] + A[6 + i] * half[2][j];
+      part.hessian[ij] = A[i] * hessian_A[0][j] + A[3 + i] * hessian_A[1][j] + A[6 + i] * hessian_A[2][j];
   }
 }
 
-// Extends energy and force from d' = r d, where |A d'| = 4, along the ray; the stiffness stays that of d':
+// Extends the answer at d' = r d, where |A d'| = R = kLargestExtrapolation, along the ray to d:
 //
-//   W(d) = E(d') + F(d') . (d - d'),   F = F(d') + 4 (1 - r) (K u - (u . K u) g)
+//   W(d) = E(d') + F(d') . (d - d'),   grad W = F(d') + R (1 - r) (K u - (u . K u) v)
 //
-// with u = d' / 4 on the ellipsoid and g = A^T x / |x| the gradient of |A d|. F is the gradient of W.
-void continue_beyond(const double* A, const double d[3], const double x[3], double r,
-                     PolynomialAnswer& answer) {
+// with u = d' / R, and v = A^T x / R the gradient of |A d|, where x = A d'. d' changes with d: the changes of
+// E(d') and of d - d' leave F(d'), and the change of F(d') gives the second term. The stiffness stays that of
+// d'. In: energy E(d'), force F(d'), stiffness K(d'). Out: W, grad W, K(d').
+void extend_along_ray(const double* A, const double d[3], const double x[3], double r,
+                      PolynomialAnswer& answer) {
   answer.energy += (1.0 - r) * dot(answer.force, d);
   double u[3];
-  double g[3];
+  double v[3];
   for (int i = 0; i < 3; ++i) {
     u[i] = r * d[i] / kLargestExtrapolation;
-    g[i] = (A[i] * x[0] + A[3 + i] * x[1] + A[6 + i] * x[2]) / kLargestExtrapolation;
+    v[i] = (A[i] * x[0] + A[3 + i] * x[1] + A[6 + i] * x[2]) / kLargestExtrapolation;
   }
   double stiffness_u[3];
   for (int i = 0; i < 3; ++i) stiffness_u[i] = dot(answer.stiffness + 3 * i, u);
   const double along = dot(u, stiffness_u);
   for (int i = 0; i < 3; ++i)
-    answer.force[i] += kLargestExtrapolation * (1.0 - r) * (stiffness_u[i] - along * g[i]);
+    answer.force[i] += kLargestExtrapolation * (1.0 - r) * (stiffness_u[i] - along * v[i]);
+}
+
+// Holds the parts of the energy that fade behind the surface, and the others.
+struct Energy {
+  Part lasting;
+  Part fading;
+};
+
+// Sums the energy at x inside the ball of radius kLargestExtrapolation, s = |x|, with derivatives by d.
+Energy sum_energy(const pal_pack& pack, uint32_t site, const double x[3], double s, bool is_faded) {
+  const pack::PolynomialSite& polynomial = pack.polynomial_sites[site];
+  double monomials[kMostMonomials];
+  pack::evaluate_divided_monomials(x, polynomial.degree - 1, kInverses, monomials);  // for second derivatives
+  const double t[3] = {s > 1.0 ? x[0] / s : 0.0, s > 1.0 ? x[1] / s : 0.0, s > 1.0 ? x[2] / s : 0.0};
+  const double* coefficients = pack.energy + polynomial.energy_start;
+  Energy energy = {};
+  for (uint32_t degree = 2; degree <= polynomial.degree + 1; ++degree) {
+    const Part part = differentiate(x, monomials, coefficients, degree);
+    coefficients += num_monomials(degree);
+    add_continued(part, degree, s, t, is_faded && degree > 2 ? energy.fading : energy.lasting);
+  }
+  pull_back(polynomial.to_unit, energy.lasting);
+  if (is_faded) pull_back(polynomial.to_unit, energy.fading);
+  return energy;
+}
+
+// Computes `lasting` + phi(c) `fading`, where c has the gradient `c_gradient` by d.
+void add_faded(const Energy& energy, const Fade& fade, const double c_gradient[3], PolynomialAnswer& answer) {
+  const auto& [lasting, fading] = energy;
+  answer.energy = lasting.value + fade.phi * fading.value;
+  for (int i = 0, ij = 0; i < 3; ++i) {
+    answer.force[i] =
+        lasting.gradient[i] + fade.phi * fading.gradient[i] + fade.first * fading.value * c_gradient[i];
+    for (int j = i; j < 3; ++j, ++ij) {
+      const double faded =
+          fade.phi * fading.hessian[ij] +
+          fade.first * (c_gradient[i] * fading.gradient[j] + fading.gradient[i] * c_gradient[j]) +
+          fade.second * fading.value * c_gradient[i] * c_gradient[j];
+      answer.stiffness[3 * i + j] = answer.stiffness[3 * j + i] = lasting.hessian[ij] + faded;
+    }
+  }
 }
 
 }  // namespace
@@ -192,58 +237,35 @@ bool is_sampled(const pal_pack& pack, uint32_t site, const double d[3]) {
 
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double d[3], PolynomialAnswer& answer,
                          PolynomialFieldState& field) {
-  const pack::PolynomialSite& polynomial = pack.polynomial_sites[site];
-  const double* A = polynomial.to_unit;
+  const double* A = pack.polynomial_sites[site].to_unit;
   double x[3];
   to_unit_ball(A, d, x);
   double s = sqrt(dot(x, x));
   answer.flags = is_sampled(pack, site, d) ? 0 : PAL_FLAG_EXTRAPOLATED;
-  double shortened = 1.0;
+  double r = 1.0;  // the answer is that of r d, extended along the ray
   if (s > kLargestExtrapolation) {
     answer.flags |= PAL_FLAG_CLAMPED;
-    shortened = kLargestExtrapolation / s;
-    for (double& component : x) component *= shortened;
+    r = kLargestExtrapolation / s;
+    for (double& component : x) component *= r;
     s = kLargestExtrapolation;
   }
 
-  double monomials[kMostMonomials];
-  pack::evaluate_divided_monomials(x, polynomial.degree - 1, kInverses, monomials);  // for second derivatives
-
-  const double t[3] = {s > 1.0 ? x[0] / s : 0.0, s > 1.0 ? x[1] / s : 0.0, s > 1.0 ? x[2] / s : 0.0};
-  const double* coefficients = pack.energy + polynomial.energy_start;
   const bool is_faded = pack.inward_normals != nullptr;
-  Part lasting = {};
-  Part fading = {};
-  for (uint32_t degree = 2; degree <= polynomial.degree + 1; ++degree) {
-    const Part part = differentiate(x, monomials, coefficients, degree);
-    coefficients += num_monomials(degree);
-    add_continued(part, degree, s, t, is_faded && degree > 2 ? fading : lasting);
-  }
-  pull_back(A, lasting);
-
-  double n[3] = {};
+  const Energy energy = sum_energy(pack, site, x, s, is_faded);
+  double c_gradient[3] = {};
   Fade fade = {1.0, 0.0, 0.0};
   if (is_faded) {
-    pull_back(A, fading);
     const double* normal = pack.inward_normals + size_t{3} * site;
     double scaled[3];
     to_unit_ball(A, normal, scaled);
     const double scale = sqrt(dot(scaled, scaled));
-    for (int i = 0; i < 3; ++i) n[i] = scale * normal[i];
-    fade = fade_behind_surface(shortened * dot(d, n));
+    for (int i = 0; i < 3; ++i) c_gradient[i] = scale * normal[i];
+    fade = fade_behind_surface(r * dot(d, c_gradient));
   }
-  answer.energy = lasting.value + fade.phi * fading.value;
-  for (int i = 0, ij = 0; i < 3; ++i) {
-    answer.force[i] = lasting.gradient[i] + fade.phi * fading.gradient[i] + fade.first * fading.value * n[i];
-    for (int j = i; j < 3; ++j, ++ij) {
-      const double faded = fade.phi * fading.hessian[ij] +
-                           fade.first * (n[i] * fading.gradient[j] + fading.gradient[i] * n[j]) +
-                           fade.second * fading.value * n[i] * n[j];
-      answer.stiffness[3 * i + j] = answer.stiffness[3 * j + i] = lasting.hessian[ij] + faded;
-    }
-    field.x[i] = static_cast<pal_real>(x[i]);
-  }
-  if (shortened < 1.0) continue_beyond(A, d, x, shortened, answer);
+  add_faded(energy, fade, c_gradient, answer);
+  if (r < 1.0) extend_along_ray(A, d, x, r, answer);
+
+  for (int i = 0; i < 3; ++i) field.x[i] = static_cast<pal_real>(x[i]);
   field.site = site;
   field.fade = static_cast<pal_real>(fade.phi);
 }

@@ -1,10 +1,10 @@
-// polynomial_dd (PIAM): energy and displacement field of one contact site as polynomials in the tool
-// displacement.
+// Gives the energy and the displacement field of one contact site as polynomials in the tool displacement.
+// The paper calls the method PIAM.
 //
 // Source: Zhong et al. 2005 eqs. (22)-(24), with two departures:
 // - The force is the gradient of a fitted energy, so a closed path creates no energy. Eq. (4) instead recomputes the
 //   force from the elements around the contact, and amplifies the error of fitted displacements.
-// - The linear part is the exact linear DD, not a fit.
+// - The linear part is the exact linear_dd, not a fit.
 //
 // x = A d maps the sampled ellipsoid of displacements to the unit ball, and s = |x|. E_n and u_n are
 // homogeneous parts of degree n. Inside the ball
@@ -16,9 +16,10 @@
 // keep their values at s = 4, and the energy grows along the ray by the force there (C1). The force remains
 // the gradient of the energy, but the stiffness is no longer the derivative of the force.
 //
-// A site with only inward samples has the inward normal n, and c = d . n |A n|, which is 1 at the end of the
-// domain along n. Behind the surface the nonlinear part fades out: E_n and u_(n-1) with n > 2 have the factor
-// phi(c), 1 for c >= 0, 0 for c <= -1/2, a quintic between (C2). Hence the answer for c <= -1/2 is linear.
+// In a pack with only inward samples, each site has an inward unit normal N, and c = d . N |A N|, which is 1
+// at the end of the domain along N. Behind the surface the nonlinear part fades out: E_n and u_(n-1) with n >
+// 2 have the factor phi(c), 1 for c >= 0, 0 for c <= -1/2, a quintic between (C2). Hence the answer for c <=
+// -1/2 is linear up to s = 4.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -27,7 +28,7 @@
 
 namespace palpate {
 
-// Displacements beyond this many radii are shortened.
+// |A d| beyond which the answer is that of a shorter displacement, extended along the ray.
 inline constexpr double kLargestExtrapolation = 4.0;
 
 // Whether nonlinear solves determined the site's polynomial. Otherwise the polynomial is affine_site's.
@@ -42,11 +43,12 @@ struct PolynomialAnswer {
   double stiffness[9];  // row-major
 };
 
-// Whether the sampled domain at the site contains the displacement. In a pack without polynomials the domain
-// is the ball of the scene's largest displacement.
+// Whether the domain of the site contains the displacement: the ellipsoid |A d| <= 1, or in a pack without
+// polynomials the ball of the scene's largest displacement. Inward normals leave the half of the domain
+// before the surface.
 bool is_sampled(const pal_pack& pack, uint32_t site, const double displacement[3]);
 
-// The input of the displacement field (polynomial_field.hpp).
+// Holds the input of the displacement field (polynomial_field.hpp).
 struct PolynomialFieldState {
   uint32_t site;
   pal_real weight;  // weight of the site in a blend
@@ -54,8 +56,8 @@ struct PolynomialFieldState {
   pal_real fade;  // phi
 };
 
-// Force and stiffness at a site for a finite displacement, model units, and the state of the field except its
-// weight.
+// Computes energy, force and stiffness at a site for a finite displacement in model units, and fills `field`
+// except for its weight.
 void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double displacement[3],
                          PolynomialAnswer& answer, PolynomialFieldState& field);
 

@@ -9,9 +9,9 @@ namespace palpate {
 namespace {
 
 constexpr uint32_t kMostMonomials = pack::num_monomials(0, pack::kMaxDegree);
-constexpr uint32_t kTogether = 8;
+constexpr uint32_t kTogether = 8;  // sums that stay in registers
 
-// z_k = sum over terms m_j C_jk, for kCount values of k whose sums stay in registers.
+// z_k = sum over j of m_j C_jk, for kCount values of k.
 template <uint32_t kCount>
 void add_terms(const pal_real* monomials, uint32_t terms, const pal_real* coefficients, uint32_t rank,
                pal_real* z) {
@@ -32,9 +32,9 @@ void combine_polynomial_basis(const pal_pack& pack, const PolynomialFieldState& 
   columns.num_columns = columns.num_weighted = 3 + site.rank;
 
   pal_real monomials[kMostMonomials];
-  const pal_real* at = state.x;
-  pack::evaluate_monomials(at, site.degree, monomials);
-  const double x[3] = {static_cast<double>(at[0]), static_cast<double>(at[1]), static_cast<double>(at[2])};
+  pack::evaluate_monomials(state.x, site.degree, monomials);
+  const double x[3] = {static_cast<double>(state.x[0]), static_cast<double>(state.x[1]),
+                       static_cast<double>(state.x[2])};
   const double s = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
   const double metres = pack.metres * static_cast<double>(state.weight);
   for (uint32_t axis = 0; axis < 3; ++axis) columns.weights[axis] = static_cast<pal_real>(metres * x[axis]);

@@ -16,9 +16,9 @@ size_t column_size(const pal_pack& pack) {
   return size_t{3} * pack.organ.num_nodes;
 }
 
-// A response beyond all measure, as in a damaged pack, is none.
+// Replaces a response that no tissue has, as from a damaged pack, by zero.
 pal_real bounded(double response) {
-  constexpr double kLargest = 1e4;
+  constexpr double kLargest = 1e4;  // m/m, m/rad
   return static_cast<pal_real>(fabs(response) <= kLargest ? response : 0.0);
 }
 
@@ -35,74 +35,77 @@ void write_packed(const pal_pack& pack, FieldResponse& response) {
   }
 }
 
-// The nodes of a group's boundary in Condensation::kept.
-const uint32_t* boundary_nodes(const ZoneSet& set, const Condensation& own, const ZoneGroup& group) {
-  const uint32_t* nodes = own.kept;
+// Returns the part of Condensation::kept that lists the group's boundary nodes.
+const uint32_t* boundary_nodes(const ZoneSet& set, const Condensation& condensation, const ZoneGroup& group) {
+  const uint32_t* nodes = condensation.kept;
   for (const ZoneGroup* before = set.groups; before != &group; ++before) nodes += before->num_boundary;
   return nodes;
 }
 
-// The force S_gh x on the boundary of a group, summed over the displacements x of the other boundaries in a column. Returns
-// where it is in ZoneWork::residual.
-double* find_forces_of_others(ZoneFrame& frame, const Condensation& own, const ZoneGroup& group,
+// Computes the force on the boundary of group g: the sum of S_gh x_h over the other groups h. x_h: `column`
+// on the boundary of group h. Returns the force's place in ZoneWork::residual.
+double* find_forces_of_others(ZoneFrame& frame, const Condensation& condensation, const ZoneGroup& group,
                               const double* column) {
   const ZoneSet& set = frame.set;
-  const size_t row = 3 * static_cast<size_t>(boundary_nodes(set, own, group) - own.kept);
-  const size_t top = row / 4 * 4;  // where columns are aligned
+  const size_t row = 3 * static_cast<size_t>(boundary_nodes(set, condensation, group) - condensation.kept);
+  const size_t top = row / 4 * 4;  // add_product() takes columns that begin on 16 bytes
   const auto rows = static_cast<uint32_t>(row - top + 3 * group.num_boundary);
   std::fill_n(frame.work.residual, rows + 4, 0.0);
   for (const ZoneGroup* other = set.groups; other < set.groups + set.num_groups; ++other) {
     if (other == &group) continue;
-    const uint32_t* nodes = boundary_nodes(set, own, *other);
+    const uint32_t* nodes = boundary_nodes(set, condensation, *other);
     for (uint32_t b = 0; b < other->num_boundary; ++b)
       memcpy(frame.work.vector + size_t{3} * b, column + size_t{3} * nodes[b], 3 * sizeof *column);
-    const size_t first = 3 * static_cast<size_t>(nodes - own.kept);
-    frame.kernel.add_product(own.schur + first * own.schur_stride + top, own.schur_stride, rows,
-                             3 * other->num_boundary, frame.work.vector, frame.work.residual);
+    const size_t first = 3 * static_cast<size_t>(nodes - condensation.kept);
+    frame.kernel.add_product(condensation.schur + first * condensation.schur_stride + top,
+                             condensation.schur_stride, rows, 3 * other->num_boundary, frame.work.vector,
+                             frame.work.residual);
   }
   return frame.work.residual + (row - top);
 }
 
-// Updates dU_h/dd of a group in the column of `axis`, by the displacements of the other groups. Returns the largest change.
-double update_group(ZoneFrame& frame, const Condensation& own, uint32_t axis, const ZoneGroup& group,
+// Recomputes dU_h/dd of group h in `column` from the entries of other groups. Returns the largest change.
+double update_group(ZoneFrame& frame, const Condensation& condensation, uint32_t axis, const ZoneGroup& group,
                     double* column) {
   const ZoneSet& set = frame.set;
-  const double unit = axis < 3 * set.num_contacts ? 1.0 : frame.pack.metres;
-  const double* negative = nullptr;  // -dU/dd where the axis is the group's
+  const double unit = axis < 3 * set.num_contacts ? 1.0 : frame.pack.metres;  // to m/rad
+  const double* sensitivities = nullptr;  // -X_h; null if the axis belongs to another group
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     if (contact_axis(set, group, i) == axis)
-      negative = sensitivity(group, i) + size_t{3} * group.num_interior;
+      sensitivities = sensitivity(group, i) + size_t{3} * group.num_interior;
   }
-  const double* step = nullptr;
+  const double* step = nullptr;  // K_h^-1 sum of S_hk dU_k/dd
   if (set.num_groups > 1) {
     const size_t rows = size_t{3} * group.num_boundary;
-    memcpy(frame.work.outside, find_forces_of_others(frame, own, group, column), rows * sizeof(double));
+    memcpy(frame.work.outside, find_forces_of_others(frame, condensation, group, column),
+           rows * sizeof(double));
     std::fill_n(frame.work.residual, group.unknowns, 0.0);
     memcpy(frame.work.residual + size_t{3} * group.num_interior, frame.work.outside, rows * sizeof(double));
     step = find_step(frame, group) + size_t{3} * group.num_interior;
   }
   double largest = 0;
-  const uint32_t* nodes = boundary_nodes(set, own, group);
+  const uint32_t* nodes = boundary_nodes(set, condensation, group);
   for (uint32_t i = 0; i < 3 * group.num_boundary; ++i) {
     double& entry = column[size_t{3} * nodes[i / 3] + i % 3];
     const double value =
-        (negative != nullptr ? -unit * negative[i] : 0.0) - (step != nullptr ? step[i] : 0.0);
+        (sensitivities != nullptr ? -unit * sensitivities[i] : 0.0) - (step != nullptr ? step[i] : 0.0);
     largest = std::max(largest, fabs(value - entry));
     entry = value;
   }
   return largest;
 }
 
-// Column `axis` of T, and M of this axis and those before (zone_balance.hpp).
-void find_coupling(ZoneFrame& frame, const Condensation& own, uint32_t axis, const FieldResponse& response) {
+// Computes column `axis` of T, and the entries of M for this axis and lower axes (zone_balance.hpp).
+void find_coupling_matrices(ZoneFrame& frame, const Condensation& condensation, uint32_t axis,
+                            const FieldResponse& response) {
   ZoneSet& set = frame.set;
-  const auto unit = [&](uint32_t of) { return of < 3 * set.num_contacts ? 1.0 : 1.0 / frame.pack.metres; };
-  const auto column = [&](uint32_t of) { return response.columns + of * column_size(frame.pack); };
+  const auto unit = [&](uint32_t a) { return a < 3 * set.num_contacts ? 1.0 : 1.0 / frame.pack.metres; };
+  const auto column = [&](uint32_t a) { return response.columns + a * column_size(frame.pack); };
   double stiffness[kMostZoneAxes] = {};
   for (ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
     double* to = group->exterior.coupling + size_t{axis} * group->boundary_stride;
-    const double* forces = find_forces_of_others(frame, own, *group, column(axis));
-    const uint32_t* nodes = boundary_nodes(set, own, *group);
+    const double* forces = find_forces_of_others(frame, condensation, *group, column(axis));
+    const uint32_t* nodes = boundary_nodes(set, condensation, *group);
     std::fill_n(to, group->boundary_stride, 0.0);
     for (uint32_t i = 0; i < 3 * group->num_boundary; ++i) {
       to[i] = unit(axis) * forces[i];
@@ -114,8 +117,8 @@ void find_coupling(ZoneFrame& frame, const Condensation& own, uint32_t axis, con
     set.coupled_stiffness[axis][other] = set.coupled_stiffness[other][axis] = stiffness[other];
 }
 
-// One Gauss-Seidel sweep over the groups for the column of the axis on their boundaries. Returns multiply-adds.
-uint64_t sweep_groups(ZoneFrame& frame, const Condensation& own, FieldResponse& response) {
+// Does a Gauss-Seidel sweep over the groups for `axis`. Advances `axis` once converged. Returns the work.
+uint64_t sweep_groups(ZoneFrame& frame, const Condensation& condensation, FieldResponse& response) {
   constexpr uint32_t kMostSweeps = 8;
   constexpr double kConverged = 0.003;  // of the first sweep's change
   const ZoneSet& set = frame.set;
@@ -124,15 +127,15 @@ uint64_t sweep_groups(ZoneFrame& frame, const Condensation& own, FieldResponse& 
   double change = 0;
   for (const ZoneGroup* group = set.groups; group < set.groups + set.num_groups; ++group) {
     if (!group->has_tangent) continue;
-    change = std::max(change, update_group(frame, own, response.axis, *group, column));
+    change = std::max(change, update_group(frame, condensation, response.axis, *group, column));
     spent += uint64_t{group->unknowns} * group->unknowns;
   }
   if (response.sweep == 0) response.first_change = change;
   ++response.sweep;
-  const bool goes_on =
+  const bool needs_sweep =
       set.num_groups > 1 && response.sweep < kMostSweeps && change > kConverged * response.first_change;
-  if (!goes_on) {
-    if (set.num_groups > 1) find_coupling(frame, own, response.axis, response);
+  if (!needs_sweep) {
+    if (set.num_groups > 1) find_coupling_matrices(frame, condensation, response.axis, response);
     ++response.axis;
     response.sweep = 0;
   }
@@ -156,17 +159,17 @@ void begin_field_response(const pal_pack& pack, const ZoneSet& set, bool is_plac
   std::fill_n(response.columns, set.num_axes * column_size(pack), 0.0);
 }
 
-bool advance_field_response(ZoneFrame& frame, const Condensation& own, uint64_t operations,
+bool advance_field_response(ZoneFrame& frame, const Condensation& condensation, uint64_t operations,
                             CondensationScratch& scratch, FieldResponse& response, uint64_t& spent) {
   while (response.axis < response.num_axes) {
     if (spent >= operations) return false;
-    spent += sweep_groups(frame, own, response);
+    spent += sweep_groups(frame, condensation, response);
   }
   for (; response.front > 0; --response.front) {
     if (spent >= operations) return false;
-    // All columns of a front together, while its factor is in the cache.
+    // The front's factor stays in the cache for all columns.
     for (uint32_t a = 0; a < response.num_axes; ++a)
-      spent += backward_substitute_front(own, frame.kernel, response.front - 1, scratch,
+      spent += backward_substitute_front(condensation, frame.kernel, response.front - 1, scratch,
                                          response.columns + a * column_size(frame.pack));
   }
   write_packed(frame.pack, response);
@@ -175,15 +178,15 @@ bool advance_field_response(ZoneFrame& frame, const Condensation& own, uint64_t 
 
 void update_field_response(const pal_pack& pack, const double* followed, const double* before,
                            const double* now, FieldResponse& response) {
-  // Below kLeastWay the error that iterations leave outweighs Du. Above kMostWay the field of one iteration is too far from its
-  // equilibrium, and the update makes the next field worse.
-  constexpr double kLeastWay = 0.01;  // mean surface edges
-  constexpr double kMostWay = 0.25;   // mean surface edges
+  // Below the first distance the error that iterations leave outweighs Du. Above the second the field of one
+  // iteration is too far from equilibrium, and the update would make the next field worse.
+  constexpr double kLeastDistance = 0.01;  // mean surface edges
+  constexpr double kMostDistance = 0.25;   // mean surface edges
   const uint32_t num_axes = response.num_axes;
   const double arm = std::max(pack.tip_radius, pack.mean_surface_edge) * pack.metres;
-  double change[kMostZoneAxes];   // Dd in the units of U's columns
-  double weights[kMostZoneAxes];  // to squares of lengths
-  double square = 0;              // m^2
+  double change[kMostZoneAxes];   // Dd: m, rad
+  double weights[kMostZoneAxes];  // W, diagonal: U' = U + (Du - U Dd) (W Dd)^T / (Dd . W Dd)
+  double square = 0;              // Dd . W Dd, m^2
   find_axes_change(response.num_contacts, num_axes, response.followed, followed, change);
   for (uint32_t i = 0; i < num_axes; ++i) {
     const bool is_turn = i >= 3 * response.num_contacts;
@@ -192,8 +195,8 @@ void update_field_response(const pal_pack& pack, const double* followed, const d
     square += weights[i] * change[i] * change[i];
     response.followed[i] = followed[i];
   }
-  const double way = sqrt(square) / (pack.mean_surface_edge * pack.metres);
-  if (!(way > kLeastWay && way < kMostWay)) return;
+  const double distance = sqrt(square) / (pack.mean_surface_edge * pack.metres);
+  if (!(distance > kLeastDistance && distance < kMostDistance)) return;
   const size_t size = field_size(pack);
   for (uint32_t node = 0; node < pack.organ.num_nodes; ++node) {
     const size_t packed = pack.organ.nodes[node].packed_node;

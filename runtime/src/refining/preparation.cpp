@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-// Room for vectors of the group and for its tangent.
+// Gives the group its vectors and its places in TangentBuffers. Returns false if the room does not suffice.
 bool take_rows(ZonePreparation& preparation, ZoneGroup& group) {
   ZonePreparation::Used& used = preparation.used;
   double* row = preparation.set.rows + used.rows;
@@ -62,27 +62,27 @@ bool begin_rest(ZonePreparation& preparation) {
   ZoneSet& set = preparation.set;
   bool fits = set.sound && exterior_size(set) <= preparation.room.exterior;
   for (uint32_t g = 0; g < set.num_groups && fits; ++g) fits = take_rows(preparation, set.groups[g]);
-  preparation.group = preparation.column = 0;
+  preparation.group = preparation.step = 0;
   if (!fits) refuse_set(preparation);
   return fits;
 }
 
 bool advance_rest(const pal_pack& pack, uint64_t operations, ZonePreparation& preparation, uint64_t& spent) {
   ZoneSet& set = preparation.set;
-  if (preparation.group == 0 && preparation.column == 0) {
+  if (preparation.group == 0 && preparation.step == 0) {
     for (uint32_t i = 0; i < set.num_nodes; ++i)
       memcpy(set.displacement + size_t{3} * i, node_at(pack, set, i).displacement, 3 * sizeof(double));
     memset(set.rest_force, 0, size_t{3} * set.num_nodes * sizeof *set.rest_force);
   }
-  for (; preparation.group < set.num_groups; ++preparation.group, preparation.column = 0) {
+  for (; preparation.group < set.num_groups; ++preparation.group, preparation.step = 0) {
     const ZoneBatches& batches = set.groups[preparation.group].batches;
-    for (; preparation.column < num_parts(batches); ++preparation.column) {
+    for (; preparation.step < num_parts(batches); ++preparation.step) {
       if (spent >= operations) return false;
-      const ZoneBatches some = part_of(batches, preparation.column);
-      add_zone_forces(some, set.displacement, set.rest_force);
-      for (ZonePatch* patch = some.patches; patch < some.patches + some.num_patches; ++patch)
+      const ZoneBatches part = part_of(batches, preparation.step);
+      add_zone_forces(part, set.displacement, set.rest_force);
+      for (ZonePatch* patch = part.patches; patch < part.patches + part.num_patches; ++patch)
         patch->followed = patch->at_rest = patch->pressure;
-      spent += force_operations(some);
+      spent += force_operations(part);
     }
   }
   preparation.group = 0;

@@ -1,14 +1,14 @@
-// How the refining lane prepares a set of contacts while frames go on with the set before (refinement.hpp):
+// The refining lane prepares a set of contacts while frames go on with the active set (refinement.hpp):
 //
 //   name       a frame names the contacts and the fixed nodes              (state_transfer.hpp)
-//   members    nodes and elements of its groups                            (zone_members.hpp)
-//   rest       nodal forces at rest
-//   place      nodes start where the organ has got to                      (state_transfer.hpp)
-//   S          the lane condenses the exterior                             (condensation.hpp)
-//   tangents   the first tangent of each group                             (group_tangents.hpp)
+//   members    the lane lists nodes and elements of the groups             (zone_members.hpp)
+//   rest       computes the nodal forces at rest
+//   place      starts the nodes from the current solution                  (state_transfer.hpp)
+//   S          condenses the exterior onto the boundaries                  (condensation.hpp)
+//   tangents   makes the first tangent of each group                       (group_tangents.hpp)
 //
-// The next frame exchanges the set for its own. Work is counted in multiply-adds as fast as elimination makes them, so that
-// the same slices do the same on any processor.
+// The next frame exchanges the active set for the prepared set. Work is counted in multiply-adds of the
+// elimination, so that a slice ends at the same place on any processor.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -26,9 +26,9 @@ struct ZonePreparation {
   ZoneSet set;
   ZoneWork work;
   // Progress
-  uint32_t group;
-  uint32_t column;  // step of the members or of the forces
-  struct Used {     // entries of the set's arrays
+  uint32_t group;  // rest: index of the group at work
+  uint32_t step;   // members: number of steps done; rest: part of the group's elements
+  struct Used {    // entries of the set's arrays that earlier groups use
     uint32_t masters;
     uint32_t linear;
     uint32_t quadratic;
@@ -38,29 +38,29 @@ struct ZonePreparation {
     size_t tangents;
     size_t tangent_rows;
   } used;
-  // The contacts whose zones hold a node or an element of the organ
-  ContactBits* node_contacts;     // [num_nodes of the organ]
-  ContactBits* element_contacts;  // [elements of the organ]
-  uint32_t* found_nodes;          // [ZoneRoom::nodes]
-  uint32_t* found_elements;       // [ZoneRoom::elements]
+  // Marks while the members are listed
+  ContactBits* node_contacts;     // [num_nodes of the organ] contacts whose zones hold the node
+  ContactBits* element_contacts;  // [elements of the organ] contacts whose zones hold the element
+  uint32_t* found_nodes;          // [ZoneRoom::nodes] nodes with a bit
+  uint32_t* found_elements;       // [ZoneRoom::elements] elements with a bit
   uint32_t num_found_nodes;
   uint32_t num_found_elements;
-  uint32_t* queue;  // [ZoneRoom::nodes]
-  // Of the set that was listed last
-  uint32_t* place_of;        // [num_nodes of the organ] the place of each of its nodes in ZoneSet::nodes
+  uint32_t* queue;  // [ZoneRoom::nodes] scratch: nodes of a zone, ring by ring; roles of nodes
+  // Members of the set that was listed last
+  uint32_t* place_of;        // [num_nodes of the organ] place in ZoneSet::nodes; undefined for other nodes
   uint8_t* zone_of_element;  // [elements of the organ] 1 + the number of the group; 0: the exterior
 };
 
 void carve_preparation(const pal_pack& pack, const ZoneRoom& room, Arena& arena,
                        ZonePreparation& preparation);
 
-// Begins `rest`, after the members. Returns false, and refuses the set, where it is more than the room.
+// Begins `rest`: gives each group its vectors. Refuses an unsound or too large set, and returns false then.
 bool begin_rest(ZonePreparation& preparation);
 
-// Advances `rest` for about so many multiply-adds in all. Returns true once it has ended.
+// Advances `rest` until `spent` reaches `operations`, multiply-adds. Returns true at the end.
 bool advance_rest(const pal_pack& pack, uint64_t operations, ZonePreparation& preparation, uint64_t& spent);
 
-// The set answers nothing.
+// Empties the set and marks it as unsound, so that the set cannot answer.
 void refuse_set(ZonePreparation& preparation);
 
 }  // namespace palpate

@@ -1,26 +1,28 @@
-// The refining lane: prepares zones, and brings the organ outside of the zone that frames solve to equilibrium, an iteration
-// for each request.
+// The refining lane prepares zones, and brings the exterior, the organ outside of them, to equilibrium with
+// the zones that frames solve. A frame requests a new set of contacts or an iteration. Phases:
 //
-//   whole       the factor of the whole organ at rest, once, and anew where an inclusion changes its elements
-//   prepare     a set of other contacts                                                    (preparation.hpp)
-//   condense    the exterior condensed onto the boundary of the set, at rest               (condensation.hpp)
-//   iterate     one iteration from where the request's zone is; its result is delivered    (exterior.hpp)
-//   renew       the same condensed anew with the tangent where the iterations have got to
-//   evaluate    the exterior's forces there
-//   tangents    the tangents of the groups, for the frames                                  (group_tangents.hpp)
-//   respond     how the field follows the contacts until the next delivery                      (field_response.hpp)
+//   begin      chooses the phase that the request needs next
+//   whole      factors the whole organ at rest, anew where an inclusion changes it   (condensation.hpp)
+//   members    lists the zones of a new set of contacts                              (zone_members.hpp)
+//   rest       computes the forces of these zones at rest                            (preparation.hpp)
+//   condense   condenses the exterior onto its boundary, with the tangent at rest    (condensation.hpp)
+//   renew      condenses with the tangent at the exterior's displacement
+//   evaluate   evaluates the exterior's forces with a new condensation               (exterior.hpp)
+//   iterate    does an exterior iteration with the zones of the request
+//   tangents   makes the tangents of the groups, for the frames                      (group_tangents.hpp)
+//   respond    finds how the field follows the contacts until a delivery             (field_response.hpp)
 //
-// A set is prepared where the organ has got to: one iteration from where the zone of the set before is comes first.
+// A new set starts from the current solution: an iteration with the zones of the active set comes first.
+// Anderson's acceleration mixes the iterates while the contacts stand still.
 //
 // The tangent is renewed after two iterations or more, in two cases:
-//   - The contacts stand still, the exterior is near equilibrium and has not converged. The iterations then converge as
-//     Newton's method does.
+//   - The contacts stand still, and the exterior is near equilibrium but has not converged. The iterations
+//     then converge as Newton's method does.
 //   - The contacts move and the exterior is far from equilibrium, as in a bar that bends.
 //
-// An equilibrium whose tangent is not positive definite is unstable, as a straight column under a load that buckles it. The
-// iterations may converge to it with the tangent at rest, so the delivery says so.
-//
-// Anderson's acceleration mixes the iterates where contacts stand still.
+// An equilibrium whose tangent is not positive definite is unstable, as of a straight column above its
+// buckling load. With the tangent at rest the iterations may converge there, so the delivery has
+// `is_unstable`.
 #pragma once
 
 #include "runtime/src/exterior/acceleration.hpp"
@@ -33,37 +35,37 @@
 namespace palpate {
 
 struct IterationHistory {
-  uint64_t tangent;                // number of S of Refinement::own; no two are alike
-  uint64_t tangent_of_groups;      // that S is in the tangents of the groups that were made last
-  uint32_t iterations_of_tangent;  // since it was condensed
-  bool is_unstable;                // the tangent where contacts stand still is not positive definite
-  double change;                   // ZoneDelivery::change of the last iteration
-  double unbalanced;               // D of the last iteration (delivery.hpp)
-  uint32_t failures;               // iterations in a row that were not good and did not halve `unbalanced`
-  double largest_energy;           // of the exterior in the good ones
-  double followed[kMostZoneAxes];  // of the last request
-  uint64_t iterations;
+  uint64_t tangent;                // number of S of Refinement::condensation; each new S has a new number
+  uint64_t tangent_of_groups;      // number of S in the last tangents of the groups; 0: make them anew
+  uint32_t iterations_of_tangent;  // iterations with this S
+  bool is_unstable;       // contacts stand still where the exterior's tangent is not positive definite
+  double change;          // ZoneDelivery::change of the last good iteration
+  double unbalanced;      // D of the last iteration (delivery.hpp)
+  uint32_t failures;      // failed iterations in a row; the count restarts where D has halved
+  double largest_energy;  // largest energy of the exterior after a good iteration
+  double followed[kMostZoneAxes];  // contact axes of the last iteration
+  uint64_t iterations;             // good iterations of the session
 };
 
 struct Refinement {
-  ZoneMailbox mailbox;
-  ZonePreparation preparation;
-  // The refining lane's
+  ZoneMailbox mailbox;          // shared with frames
+  ZonePreparation preparation;  // shared with frames: the state of `mailbox` says who owns its set
+  // Data of the refining lane alone
   OrganElements elements;
-  uint32_t* front_of;
-  Condensation whole;
-  Condensation own;
+  uint32_t* front_of;         // [num_free] front whose columns hold the node
+  Condensation whole;         // the whole organ, at rest
+  Condensation condensation;  // the exterior of `layout`
   CondensationScratch scratch;
   ExteriorState exterior;
   Acceleration acceleration;
   FieldResponse response;
   GroupTangents tangents;
-  ZoneOutline outline;
-  double* rest;    // [num_nodes][3] from the mesh
-  double* zone;    // [num_nodes][3] the request's displacements, and at rest elsewhere
-  float* blocks;   // [ZoneRoom::exterior] S of all groups, of `own` (exterior_size())
-  double* moved;   // [stride of the boundary] scratch
-  double* forces;  // [stride of the boundary] scratch
+  ZoneLayout layout;
+  double* rest;    // [num_nodes][3] displacements at rest, from the mesh
+  double* zone;    // [num_nodes][3] from the mesh: the set's displacements on the nodes of its zones
+  float* blocks;   // [ZoneRoom::exterior] blocks of S of all groups, from `condensation`
+  double* moved;   // [stride of the boundary] scratch: w_e
+  double* forces;  // [stride of the boundary] scratch: S w_e
   enum class Phase : uint32_t {
     begin,
     whole,
@@ -76,27 +78,27 @@ struct Refinement {
     iterate,
     respond
   } phase;
-  bool is_broken;  // the organ contradicts itself: nothing good is delivered
-  bool has_whole;
-  bool has_own;        // the exterior of `outline` is condensed
-  bool has_followed;   // an iteration has followed the set before, and the set to be prepared is placed there
-  uint32_t inclusion;  // version that `elements` have
+  bool is_broken;        // the organ is inconsistent, or cannot be factored at rest: every request fails
+  bool has_whole;        // `whole` is a factor for the stiffness of `elements`
+  bool is_condensed;     // `condensation` has condensed the exterior of `layout`
+  bool starts_strained;  // the new set starts from `exterior`, iterated for the active set; else at rest
+  uint32_t inclusion_version;  // ZoneRequest::inclusion_version of the stiffness of `elements`
   IterationHistory history;
 };
 
-void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, Refinement& refinement);
+void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, Refinement& lane);
 
-// Computes the shapes of the organ's elements.
-void fill_refinement(const pal_pack& pack, Refinement& refinement);
+// Computes the shapes of the organ's elements and the constant tables.
+void fill_refinement(const pal_pack& pack, Refinement& lane);
 
+// Result of a slice. failed: an iteration without a good result; delivered: a good iteration or a new set.
 enum class Refined { nothing, works, failed, delivered };
 
-// Works on the request for about so many multiply-adds, in steps of a front or of one pass over the elements; the same bits
-// for any slices. `kernel`: the session's. Without a request it factors the whole organ, once.
-Refined refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
-               Refinement& refinement);
+// Advances the request by about `operations` multiply-adds, in steps of at most a front or a pass over the
+// elements. The results have the same bits for any slices. Without a request, factors the whole organ once.
+Refined refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations, Refinement& lane);
 
 // Whether a request waits for this lane.
-bool has_request(const Refinement& refinement);
+bool has_request(const Refinement& lane);
 
 }  // namespace palpate

@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-// Whether a contact may have come from one place to another by sliding, from a site to the next.
+// Whether a contact may have slid between two points at rest: they are at most kFarthest apart.
 bool has_slid(const pal_pack& pack, const double from[3], const double to[3]) {
   constexpr double kFarthest = 1;  // mean edges of the surface
   double square = 0;
@@ -20,7 +20,7 @@ bool has_slid(const pal_pack& pack, const double from[3], const double to[3]) {
   return square <= kFarthest * kFarthest * pack.mean_surface_edge * pack.mean_surface_edge;
 }
 
-// Forces and rotations of contacts that stay, and rotations of contacts that slide. The others have none.
+// Copies force and rotation of contacts that stay, and the rotation of contacts that slide. Clears the rest.
 void carry_contacts(const pal_pack& pack, const ZoneSet& before, ZoneSet& set) {
   memset(set.force, 0, set.num_axes * sizeof *set.force);
   memset(set.followed, 0, set.num_axes * sizeof *set.followed);
@@ -38,7 +38,7 @@ void carry_contacts(const pal_pack& pack, const ZoneSet& before, ZoneSet& set) {
   }
 }
 
-// Calls visit(contact, place, whether the patch turns) for each node that a contact holds.
+// Calls visit(contact, place of the node, whether the patch turns) for each node that a contact holds.
 template <typename Visit>
 void for_each_held(const ZoneSet& set, Visit&& visit) {
   for (uint32_t g = 0; g < set.num_groups; ++g) {
@@ -53,8 +53,8 @@ void for_each_held(const ZoneSet& set, Visit&& visit) {
   }
 }
 
-// A patch moves as one: as the mean of its nodes, but for its rotation.
-void follow_patches(const pal_pack& pack, ZoneSet& set) {
+// Sets each patch's displacement: the mean over its nodes, without the part due to its rotation.
+void find_patch_displacements(const pal_pack& pack, ZoneSet& set) {
   double held[kMostZoneContacts] = {};
   memset(set.followed, 0, size_t{3} * set.num_contacts * sizeof *set.followed);
   for_each_held(set, [&](uint32_t contact, uint32_t place, bool turns) {
@@ -76,9 +76,9 @@ void follow_patches(const pal_pack& pack, ZoneSet& set) {
   memcpy(set.wanted, set.followed, set.num_axes * sizeof *set.wanted);
 }
 
-// Groups begin where their nodes are. Returns false where an element is inverted: its group is at rest then.
+// Begins each group at its displacements. Puts groups with inverted elements at rest, and returns false then.
 bool begin_groups(const pal_pack& pack, ZoneWork& work, ZoneSet& set) {
-  bool are_upright = true;
+  bool none_inverted = true;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
     const ZoneStrain strain = add_zone_forces(group.batches, set.displacement, work.forces);
@@ -87,13 +87,13 @@ bool begin_groups(const pal_pack& pack, ZoneWork& work, ZoneSet& set) {
     group.has_balance = false;
     if (strain.smallest_jacobian > kLeastJacobian) continue;
     rest_group(pack, set, group);
-    are_upright = false;
+    none_inverted = false;
   }
-  return are_upright;
+  return none_inverted;
 }
 
-// Displacements of the nodes that both sets have. `place_of`: ZonePreparation's, of `set`.
-void take_places(const pal_pack& pack, const ZoneSet& before, const uint32_t* place_of, ZoneSet& set) {
+// Copies the displacements of moving nodes that both sets have. `place_of`: ZonePreparation::place_of.
+void copy_displacements(const pal_pack& pack, const ZoneSet& before, const uint32_t* place_of, ZoneSet& set) {
   for (uint32_t i = 0; i < before.num_nodes; ++i) {
     const uint32_t place = place_of[before.nodes[i]];
     const bool is_in_both = place < set.num_nodes && set.nodes[place] == before.nodes[i];
@@ -138,8 +138,8 @@ bool place_set(const pal_pack& pack, const double* displacement, ZonePreparation
     for (ZonePatch* patch = batches.patches; patch < batches.patches + batches.num_patches; ++patch)
       patch->followed = patch->pressure;
   }
-  follow_patches(pack, set);
-  set.correction.tangent = set.correction.rest_tangent;  // begin_groups() may drop the correction
+  find_patch_displacements(pack, set);
+  set.correction.tangent = set.correction.rest_tangent;  // begin_groups() may call drop_correction()
   return begin_groups(pack, preparation.work, set);
 }
 
@@ -148,9 +148,9 @@ void exchange_sets(const pal_pack& pack, ZoneMailbox& mailbox, ZonePreparation& 
   ZoneSet& set = preparation.set;
   ZoneFrame frame = {pack, state.kernel, state.work, set, 0};
   const ZoneRequest& request = mailbox.request;
-  double placed[kMostZoneAxes];
-  memcpy(placed, set.followed, set.num_axes * sizeof *placed);
-  const bool goes_on = state.active.ready && state.strained;
+  double prepared_axes[kMostZoneAxes];
+  memcpy(prepared_axes, set.followed, set.num_axes * sizeof *prepared_axes);
+  const bool is_strained_now = state.active.ready && state.strained;
   ZoneCorrection& correction = set.correction;
   correction.number = request.next_set;
   correction.tangent = correction.rest_tangent = mailbox.delivery.tangent;
@@ -158,21 +158,21 @@ void exchange_sets(const pal_pack& pack, ZoneMailbox& mailbox, ZonePreparation& 
   drop_correction(set);
   correction.change = static_cast<double>(INFINITY);
   for (double& change : correction.force_change) change = -1;
-  if (goes_on && request.is_strained && mailbox.delivery.is_good && has_exterior(set))
-    take_correction(mailbox, placed, set.displacement, frame);
-  if (goes_on) take_places(pack, state.active, preparation.place_of, set);
+  if (is_strained_now && request.is_strained && mailbox.delivery.is_good && has_exterior(set))
+    take_correction(mailbox, prepared_axes, set.displacement, frame);
+  if (is_strained_now) copy_displacements(pack, state.active, preparation.place_of, set);
   carry_contacts(pack, state.active, set);
-  follow_patches(pack, set);
+  find_patch_displacements(pack, set);
   memset(set.coupled_force, 0, set.num_axes * sizeof *set.coupled_force);
   std::swap(state.tangents, mailbox.delivery.tangents);
   use_tangents(state.tangents, mailbox.delivery.made, set);
   begin_groups(pack, state.work, set);
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    if (request.is_strained && !goes_on) rest_group(pack, set, group);
+    if (request.is_strained && !is_strained_now) rest_group(pack, set, group);
     for (uint32_t i = 0; i < group.num_axes; ++i) {
       const uint32_t at = contact_axis(set, group, i);
-      group.tangent.moved += length_of(frame, at, set.followed[at] - placed[at]);
+      group.tangent.moved += length_of(frame, at, set.followed[at] - prepared_axes[at]);
     }
   }
   set.ready = true;

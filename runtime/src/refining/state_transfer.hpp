@@ -1,8 +1,8 @@
-// From one set of contacts to the next: the new set starts where the organ has got to.
+// State transfer: a new set of contacts starts from the current solution.
 //
-// Nodes of both sets keep their displacement. Other nodes take that of the refining lane's last field. A patch is where its
-// nodes are in the mean. A contact that stays keeps its force and its rotation; one that slides to the next site keeps
-// its rotation.
+// Nodes in both sets keep their displacement. Other nodes take the displacement of the refining lane's
+// exterior. A patch takes the mean displacement of its nodes. A contact that stays at its site keeps its
+// force and rotation. A contact that slides to a neighbouring site keeps its rotation.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -12,16 +12,16 @@
 
 namespace palpate {
 
-// The frame's part before a request: names 1 .. ZoneRoom::contacts contacts and at most ZoneRoom::fixed nodes. `before`: the
-// set that answers.
+// Names the set to prepare: 1 .. ZoneRoom::contacts contacts and at most ZoneRoom::fixed nodes. A frame calls
+// this function before request_set(). `before`: the active set.
 void name_contacts(const pal_pack& pack, const pal_contact* contacts, uint32_t count, const FixedNodes& fixed,
                    const ZoneSet& before, ZonePreparation& preparation);
 
-// The lane's part: places nodes by the organ's displacement[num_nodes][3] from the mesh. Returns false where an element would
-// be inverted: its group is at rest then.
+// Places the set's nodes at the organ's displacement[num_nodes][3], from the mesh. The refining lane calls
+// this function. A group with an inverted element goes to rest, and the result is false.
 bool place_set(const pal_pack& pack, const double* displacement, ZonePreparation& preparation);
 
-// The frame's part after the delivery: exchanges the prepared set for the active one.
+// Exchanges the active set for the prepared set. A frame calls this function after take_prepared().
 void exchange_sets(const pal_pack& pack, ZoneMailbox& mailbox, ZonePreparation& preparation,
                    ZoneState& state);
 

@@ -16,7 +16,7 @@ uint32_t patch_end(const pal_pack& pack, uint32_t site) {
   return pack.patch_starts[site + 1];
 }
 
-bool holds(const pal_pack& pack, uint32_t site, uint32_t node) {
+bool patch_holds(const pal_pack& pack, uint32_t site, uint32_t node) {
   for (uint32_t p = patch_begin(pack, site); p < patch_end(pack, site); ++p) {
     if (pack.patch_nodes[p] == node) return true;
   }
@@ -27,7 +27,7 @@ ContactBits bit_of(uint32_t contact) {
   return static_cast<ContactBits>(1U << contact);
 }
 
-// Marks what the zone of a contact holds, ring by ring. False where it is more than a pack may hold.
+// Marks the nodes and elements of a contact's zone, ring by ring. Returns false if the room does not suffice.
 bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZonePreparation& preparation) {
   const OrganView& organ = pack.organ;
   const ContactBits bit = bit_of(contact);
@@ -72,7 +72,7 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZonePrepar
     }
     ring_begin = ring_end;
   }
-  // The rest of their volume patches, which follow one another.
+  // A zone has whole volume patches, whose elements are consecutive.
   for (uint32_t i = 0; i < preparation.num_found_elements; ++i) {
     const uint32_t index = preparation.found_elements[i];
     const uint32_t patch = organ.elements[index].volume_patch;
@@ -88,8 +88,8 @@ bool mark_zone(const pal_pack& pack, uint32_t contact, uint32_t site, ZonePrepar
   return true;
 }
 
-// Marks the nodes that are fixed while running. Those in no zone are listed with that of the first contact. False where that
-// is more than fit.
+// Marks the nodes that are fixed while running. A node in no zone joins the zone of the first contact.
+// Returns false if the room does not suffice.
 bool mark_fixed(ZonePreparation& preparation) {
   const ZoneSet& set = preparation.set;
   for (uint32_t i = 0; i < set.num_fixed; ++i) {
@@ -102,7 +102,7 @@ bool mark_fixed(ZonePreparation& preparation) {
   return true;
 }
 
-void forget_marks(ZonePreparation& preparation) {
+void clear_marks(ZonePreparation& preparation) {
   for (uint32_t i = 0; i < preparation.num_found_nodes; ++i)
     preparation.node_contacts[preparation.found_nodes[i]] = 0;
   for (uint32_t i = 0; i < preparation.num_found_elements; ++i)
@@ -111,7 +111,7 @@ void forget_marks(ZonePreparation& preparation) {
   preparation.num_found_elements = 0;
 }
 
-// Contacts that share nodes, directly or through others, are a group: all that it names is whose they are.
+// Finds the groups: contacts whose zones share nodes, directly or through other contacts.
 void find_groups(ZonePreparation& preparation) {
   ZoneSet& set = preparation.set;
   const uint32_t count = set.num_contacts;
@@ -137,7 +137,7 @@ void find_groups(ZonePreparation& preparation) {
   }
 }
 
-// Whether elements at a node are outside of the zone.
+// Whether an element at the node is outside of the zone of the contacts in `mask`.
 bool has_outside(const pal_pack& pack, const ZonePreparation& preparation, ContactBits mask, uint32_t node) {
   const pack::OrganNode& entry = pack.organ.nodes[node];
   const uint32_t* elements = pack.organ.node_elements + entry.first_element;
@@ -145,15 +145,15 @@ bool has_outside(const pal_pack& pack, const ZonePreparation& preparation, Conta
                      [&](uint32_t index) { return (preparation.element_contacts[index] & mask) == 0; });
 }
 
-// The contacts that hold a node, as masters of it; how many. `num_masters` counts them on.
+// Lists the contacts that hold the node as its masters. Returns their number and adds it to `num_masters`.
 uint32_t list_masters(const pal_pack& pack, const ZoneSet& set, const ZoneGroup& group, uint32_t node,
                       uint32_t& num_masters) {
   uint32_t count = 0;
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
-    if (!holds(pack, set.sites[group.contacts[slot]], node)) continue;
-    const uint32_t own = group.unknowns + 3 * slot;
-    const uint32_t turns = 3 * group.num_contacts;
-    set.masters[num_masters + count++] = {own, group.num_axes > turns ? own + turns : kNoUnknown, 0.0, {}};
+    if (!patch_holds(pack, set.sites[group.contacts[slot]], node)) continue;
+    const uint32_t row = group.unknowns + 3 * slot;
+    const uint32_t offset = 3 * group.num_contacts;  // from displacement to rotation
+    set.masters[num_masters + count++] = {row, group.num_axes > offset ? row + offset : kNoUnknown, 0.0, {}};
   }
   for (uint32_t m = 0; m < count; ++m) set.masters[num_masters + m].share = 1.0 / count;
   num_masters += count;
@@ -169,10 +169,10 @@ bool is_fixed(const ZoneSet& set, uint32_t node) {
 
 enum Role : uint32_t {
   kInterior,
-  kBoundary,
-  kHeld,
-  kFixed
-};  // kFixed: in the model, while kBoundary may be fixed too
+  kBoundary,  // also a node of elements outside of the zone, or fixed while running
+  kHeld,      // held by a contact
+  kFixed      // without a free axis in the model
+};
 constexpr uint32_t kRoles = 4;
 
 Role role_of(const pal_pack& pack, const ZonePreparation& preparation, const ZoneGroup& group,
@@ -180,12 +180,12 @@ Role role_of(const pal_pack& pack, const ZonePreparation& preparation, const Zon
   if (pack.organ.nodes[node].free_axes == 0) return kFixed;
   if (is_fixed(preparation.set, node)) return kBoundary;
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
-    if (holds(pack, preparation.set.sites[group.contacts[slot]], node)) return kHeld;
+    if (patch_holds(pack, preparation.set.sites[group.contacts[slot]], node)) return kHeld;
   }
   return has_outside(pack, preparation, mask, node) ? kBoundary : kInterior;
 }
 
-// The group's nodes, role by role. False where that is more than fit.
+// Lists the group's nodes, role by role. Returns false if the room does not suffice.
 bool list_nodes(const pal_pack& pack, ContactBits mask, ZonePreparation& preparation, ZoneGroup& group) {
   ZoneSet& set = preparation.set;
   const auto is_in_group = [&](uint32_t i) {
@@ -204,9 +204,9 @@ bool list_nodes(const pal_pack& pack, ContactBits mask, ZonePreparation& prepara
   group.num_interior = counts[kInterior];
   group.num_boundary = counts[kBoundary];
   group.num_held = counts[kHeld];
-  uint32_t places[kRoles];
+  uint32_t next_place[kRoles];
   for (uint32_t role = 0; role < kRoles; ++role) {
-    places[role] = set.num_nodes;
+    next_place[role] = set.num_nodes;
     set.num_nodes += counts[role];
   }
   group.num_nodes = set.num_nodes - group.first_node;
@@ -218,7 +218,7 @@ bool list_nodes(const pal_pack& pack, ContactBits mask, ZonePreparation& prepara
   for (uint32_t i = 0; i < preparation.num_found_nodes; ++i) {
     if (!is_in_group(i)) continue;
     const uint32_t node = preparation.found_nodes[i];
-    const uint32_t place = places[roles[i]]++;
+    const uint32_t place = next_place[roles[i]]++;
     set.nodes[place] = node;
     preparation.place_of[node] = place;
     switch (roles[i]) {
@@ -239,7 +239,7 @@ bool list_nodes(const pal_pack& pack, ContactBits mask, ZonePreparation& prepara
   return true;
 }
 
-// The place of an element's volume patch among the group's, or kNoPatch.
+// Returns the index of the element's volume patch in the group, or kNoPatch. Adds a patch that is new.
 uint32_t patch_of(const pack::OrganElement& element, ZoneBatches& batches) {
   if (element.volume_patch == pack::kNoPatch) return pack::kNoPatch;
   uint32_t place = 0;
@@ -252,7 +252,7 @@ uint32_t patch_of(const pack::OrganElement& element, ZoneBatches& batches) {
   return place;
 }
 
-// The group's elements, in lanes. There is room for all that mark_zone() finds. False where one is inverted in the mesh.
+// Lists the group's elements in SIMD batches (room: mark_zone()). Returns false if an element is inverted.
 bool list_elements(const pal_pack& pack, ContactBits mask, ZonePreparation& preparation, ZoneGroup& group) {
   ZoneSet& set = preparation.set;
   ZoneBatches& batches = group.batches;
@@ -292,10 +292,10 @@ bool list_group(const pal_pack& pack, ZonePreparation& preparation, ZoneGroup& g
          list_elements(pack, mask, preparation, group);
 }
 
-// False where it is more than fits.
-bool list_some(const pal_pack& pack, ZonePreparation& preparation) {
+// Lists a contact's zone, the groups, or a group's members. Returns false if the set becomes unsound.
+bool list_next(const pal_pack& pack, ZonePreparation& preparation) {
   ZoneSet& set = preparation.set;
-  const uint32_t step = preparation.column;
+  const uint32_t step = preparation.step;
   if (step < set.num_contacts) return mark_zone(pack, step, set.sites[step], preparation);
   if (step == set.num_contacts) {
     find_groups(preparation);
@@ -307,28 +307,28 @@ bool list_some(const pal_pack& pack, ZonePreparation& preparation) {
 }  // namespace
 
 void begin_members(const pal_pack& pack, ZonePreparation& preparation) {
-  forget_marks(preparation);
+  clear_marks(preparation);
   memset(preparation.zone_of_element, 0, pack.organ.num_elements * sizeof *preparation.zone_of_element);
-  preparation.column = 0;
+  preparation.step = 0;
   preparation.set.num_groups = preparation.set.num_nodes = 0;
   preparation.used = {};
 }
 
 bool collect_members(const pal_pack& pack, uint64_t operations, ZonePreparation& preparation,
                      uint64_t& spent) {
-  constexpr uint64_t kOfMember = 18000;
+  constexpr uint64_t kOperationsPerNode = 18000;  // multiply-adds counted for each node of a zone
   ZoneSet& set = preparation.set;
-  while (preparation.column < set.num_contacts + 1 + set.num_groups) {
+  while (preparation.step < set.num_contacts + 1 + set.num_groups) {
     if (spent >= operations) return false;
-    if (!list_some(pack, preparation)) {
+    if (!list_next(pack, preparation)) {
       set.sound = false;
       break;
     }
-    spent += kOfMember * (preparation.num_found_nodes / set.num_contacts + 1);
-    ++preparation.column;
+    spent += kOperationsPerNode * (preparation.num_found_nodes / set.num_contacts + 1);
+    ++preparation.step;
   }
   set.num_masters = preparation.used.masters;
-  forget_marks(preparation);
+  clear_marks(preparation);
   return true;
 }
 

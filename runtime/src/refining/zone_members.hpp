@@ -1,4 +1,4 @@
-// Which nodes and elements the zones of some contacts are made of, and which contacts share one.
+// Lists the nodes and elements of the zones of a set, and its groups: contacts whose zones share a node.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -7,12 +7,12 @@
 
 namespace palpate {
 
-// Begins to list the groups of the set, for the contacts that it names. Forgets an earlier list.
+// Clears an earlier list and begins to list the groups of the contacts that the set names.
 void begin_members(const pal_pack& pack, ZonePreparation& preparation);
 
-// Goes on with its groups, their nodes, masters and elements, for about so many multiply-adds in all, from
-// ZonePreparation::column on: the zone of each contact, who shares one, the members of each group. True when it has ended; the
-// set is not sound then where that is more than the pack has declared.
+// Advances until `spent` reaches `operations`, multiply-adds: finds the zone of each contact, the groups, and
+// the nodes, masters and elements of each group. Returns true at the end. The set is then unsound if it
+// exceeds the room, or if an element is inverted in the mesh.
 bool collect_members(const pal_pack& pack, uint64_t operations, ZonePreparation& preparation,
                      uint64_t& spent);
 

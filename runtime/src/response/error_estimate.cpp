@@ -16,7 +16,7 @@ pal_model model_alone(const pal_pack& pack, uint32_t site) {
   return was_sampled(pack, site) ? PAL_MODEL_POLYNOMIAL : PAL_MODEL_AFFINE;
 }
 
-// Zones have the survey of their answers before the refining lane has corrected these (estimate_refined_errors()).
+// The survey of a model; for zones, the survey of answers without a correction by the refining lane.
 const SurveyView& survey_of(const pal_pack& pack, pal_model model) {
   return pack
       .surveys[model == PAL_MODEL_ZONE ? kUnrefinedZone : static_cast<uint32_t>(model - PAL_MODEL_LINEAR)];
@@ -60,17 +60,17 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
   const double size = length(displacement) / pack.max_displacement;
   for (uint32_t bin = 0; bin < survey.num_bins; ++bin) {
     // The tolerance keeps the scene's largest displacement in the last bin.
-    const ErrorBinView& of = survey.bins[bin];
-    if (size <= of.to * (1.0 + 1e-9)) {
-      const double below = std::max(0.0, of.to - size);
-      result.displacement_error = std::max(0.0, of.displacement_bound - below * of.displacement_slope);
-      // Relative to the survey's scale for a large force, else to the force less its bound.
-      const double bound = std::max(0.0, of.force_bound - below * of.force_slope);
+    const ErrorBinView& view = survey.bins[bin];
+    if (size <= view.to * (1.0 + 1e-9)) {
+      const double below = std::max(0.0, view.to - size);
+      result.displacement_error = std::max(0.0, view.displacement_bound - below * view.displacement_slope);
+      // Below the scale, the error is at most bound * scale, so the exact force is at least `least`.
+      const double bound = std::max(0.0, view.force_bound - below * view.force_slope);
       const double scale = static_cast<double>(survey.force_scale) * std::min(1.0, size);
-      const double left = force - bound * scale;
-      result.force_error = !(force < scale)       ? bound
-                           : left > bound * scale ? bound * scale / left
-                                                  : std::max(kUnknownError, bound);
+      const double least = force - bound * scale;
+      result.force_error = !(force < scale)        ? bound
+                           : least > bound * scale ? bound * scale / least
+                                                   : std::max(kUnknownError, bound);
       return;
     }
   }
@@ -79,11 +79,11 @@ void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const
 void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surveyed,
                      const double displacement[3], double force, pal_contact_result& result) {
   for (uint32_t i = 0; i < place.count; ++i) {
-    pal_contact_result of_corner = {};
-    of_corner.flags = result.flags;
-    estimate_errors(pack, model_alone(pack, place.corners[i].site), surveyed, displacement, force, of_corner);
-    result.displacement_error = std::max(result.displacement_error, of_corner.displacement_error);
-    result.force_error = std::max(result.force_error, of_corner.force_error);
+    pal_contact_result corner = {};
+    corner.flags = result.flags;
+    estimate_errors(pack, model_alone(pack, place.corners[i].site), surveyed, displacement, force, corner);
+    result.displacement_error = std::max(result.displacement_error, corner.displacement_error);
+    result.force_error = std::max(result.force_error, corner.force_error);
   }
 }
 
@@ -92,7 +92,7 @@ void estimate_set_errors(const TissueState& tissue, bool surveyed, uint32_t coun
   const pal_pack& pack = *tissue.pack;
   const SurveyView& survey = survey_of(pack, PAL_MODEL_ZONE);
   const double* largest = tissue.displacements;
-  pal_contact_result of_set = {};
+  pal_contact_result set_result = {};
   double largest_size = 0;
   double reach = 0;
   for (uint32_t c = 0; c < count; ++c) {
@@ -110,21 +110,21 @@ void estimate_set_errors(const TissueState& tissue, bool surveyed, uint32_t coun
   const bool is_refined = correction.is_refined && isfinite(correction.change);
   for (uint32_t c = 0; c < count; ++c) {
     if (displacement_error >= kUnknownError && !is_refined) results[c].flags |= PAL_FLAG_EXTRAPOLATED;
-    of_set.flags |= results[c].flags;
+    set_result.flags |= results[c].flags;
   }
   estimate_errors(pack, PAL_MODEL_ZONE, surveyed && count <= survey.most_contacts, largest,
-                  static_cast<double>(INFINITY), of_set);
+                  static_cast<double>(INFINITY), set_result);
   for (uint32_t c = 0; c < count; ++c) {
     results[c].displacement_error =
-        std::min(kUnknownError, std::max(of_set.displacement_error, displacement_error));
-    results[c].force_error = std::min(kUnknownError, std::max(of_set.force_error, force_error));
+        std::min(kUnknownError, std::max(set_result.displacement_error, displacement_error));
+    results[c].force_error = std::min(kUnknownError, std::max(set_result.force_error, force_error));
   }
 }
 
 void estimate_refined_errors(const TissueState& tissue, uint32_t count, pal_contact_result* results) {
-  // Iterations converge by a factor of two or better where they converge.
-  constexpr double kOfChange = 2;
-  constexpr double kRounding = 2e-6;  // of fields in single precision, and of frames that are done
+  // An iteration that converges at least halves the error.
+  constexpr double kErrorPerChange = 2;
+  constexpr double kRounding = 2e-6;  // relative error of fields in single precision and of converged frames
   const pal_pack& pack = *tissue.pack;
   const ZoneSet& set = tissue.zone.active;
   double largest = 0;
@@ -138,15 +138,15 @@ void estimate_refined_errors(const TissueState& tissue, uint32_t count, pal_cont
   }
   if (!(largest > 0)) return;
   const double part = std::min(1.0, moved / largest);
-  const double of_change = kRounding + kOfChange * set.correction.change / largest;
+  const double by_change = kRounding + kErrorPerChange * set.correction.change / largest;
   for (uint32_t c = 0; c < count; ++c) {
     pal_contact_result& result = results[c];
     const double force = length(result.force) / pack.newtons;
     const bool is_known = set.correction.force_change[c] >= 0 && force > 0;
-    const double of_force =
-        is_known ? kRounding + kOfChange * set.correction.force_change[c] / force : of_change;
-    result.displacement_error = std::min(kUnknownError, of_change + part * result.displacement_error);
-    result.force_error = std::min(kUnknownError, of_force + part * result.force_error);
+    const double by_force =
+        is_known ? kRounding + kErrorPerChange * set.correction.force_change[c] / force : by_change;
+    result.displacement_error = std::min(kUnknownError, by_change + part * result.displacement_error);
+    result.force_error = std::min(kUnknownError, by_force + part * result.force_error);
   }
 }
 

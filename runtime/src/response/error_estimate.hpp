@@ -20,13 +20,12 @@ double length(const double d[3]);
 // Whether the samples at every corner of a place cover this displacement.
 bool is_sampled_about(const pal_pack& pack, const ContactPlace& place, const double displacement[3]);
 
-// The bound of 95 % of errors at this |d|, with 95 % confidence; interpolated with the slope of its survey
-// bin. kUnknownError for a flagged answer, or a case outside the survey. The force error is relative to
-// `force`, in model units.
+// Sets bounds of 95 % of errors at this |d|, with 95 % confidence, from the survey bin. Sets kUnknownError
+// outside the survey, or for any flag but PAL_FLAG_UNREFINED. `force`: |f|, model units.
 void estimate_errors(const pal_pack& pack, pal_model model, bool surveyed, const double displacement[3],
                      double force, pal_contact_result& result);
 
-// Raises the estimates to the largest estimate of the corners' own models.
+// Raises the estimates to the largest estimate of the models that answer one contact at the corners.
 void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surveyed,
                      const double displacement[3], double force, pal_contact_result& result);
 
@@ -39,8 +38,8 @@ void worsen_estimate(const pal_pack& pack, const ContactPlace& place, bool surve
 void estimate_set_errors(const TissueState& tissue, bool surveyed, uint32_t count, double load,
                          pal_contact_result* results);
 
-// Replaces the estimates of refined zone contacts at sites. The organ is as far from equilibrium as its last iteration has
-// changed it, and the survey's estimates hold for the way that contacts have gone since.
+// Replaces the estimates e of refined zone contacts at sites by
+//   rounding + 2 |change by the last iteration| / |d| + e |motion since the last iteration| / |d|.
 void estimate_refined_errors(const TissueState& tissue, uint32_t count, pal_contact_result* results);
 
 }  // namespace palpate

@@ -22,9 +22,9 @@ namespace palpate {
 
 struct FieldSnapshots {
   FieldState slots[3];
-  uint32_t back;   // the writer's
-  uint32_t front;  // the reader's
-  alignas(64) uint32_t shared;
+  uint32_t back;                // index of the writer's slot
+  uint32_t front;               // index of the reader's slot
+  alignas(64) uint32_t shared;  // index of the shared slot, plus kFreshSlot if it is fresh; atomic
 };
 
 inline constexpr uint32_t kFreshSlot = 4;
@@ -36,11 +36,11 @@ inline void reset_snapshots(FieldSnapshots& snapshots) {
   snapshots.front = 2;
 }
 
-// A bit for each field of the refining lane (zone_mailbox.hpp) that a slot uses.
+// One bit for each field of the refining lane (ZoneMailbox::fields) that a slot uses.
 inline uint32_t used_fields(const FieldSnapshots& snapshots) {
   uint32_t used = 0;
   for (const FieldState& slot : snapshots.slots) {
-    if (slot.response != kNoField) used |= 1u << slot.response;  // as refined_field, if that is any
+    if (slot.response != kNoField) used |= 1u << slot.response;  // refined_field: the same or none
   }
   return used;
 }

@@ -11,9 +11,8 @@ namespace palpate {
 namespace {
 
 constexpr uint32_t kMostAxes = 3 * pack::kMostZoneContacts;
-constexpr double kControlled = 1e-5;
-constexpr double kLeastPart =
-    1e-6;  // relative to a pivot's diagonal entry: a smaller pivot is rounding of the tangent
+constexpr double kControlled = 1e-5;    // a smaller step, relative to the largest displacement, is negligible
+constexpr double kLeastPart = 1e-6;     // a smaller pivot, relative to its diagonal entry, is rounding
 constexpr double kLargestForce = 1e60;  // model units: sums of such forces do not overflow
 
 double largest_of(const double* numbers, uint32_t count) {
@@ -28,12 +27,12 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
                             const PointResponse* transfer, const double* couplings, double* displacements) {
   uint32_t axes[kMostAxes];  // 3 x contact + axis
   uint32_t size = 0;
-  double push = 1e-6 * pack.max_displacement;
+  double largest_displacement = 1e-6 * pack.max_displacement;
   for (uint32_t at = 0; at < 3 * set.num_contacts; ++at) {
-    push = std::max(push, fabs(set.followed[at]));
+    largest_displacement = std::max(largest_displacement, fabs(set.followed[at]));
     if (is_force_given(contacts[at / 3], at % 3)) axes[size++] = at;
   }
-  double K[kMostAxes * kMostAxes];  // the upper triangle
+  double K[kMostAxes * kMostAxes];  // K_aa, upper triangle
   double step[kMostAxes];
   for (uint32_t i = 0; i < size; ++i) {
     const uint32_t contact = axes[i] / 3;
@@ -55,7 +54,7 @@ ForceControl control_forces(const pal_pack& pack, const ZoneSet& set, const pal_
   uint32_t flags = factor_semidefinite(size, kLeastPart, K) ? 0 : PAL_FLAG_ILL_CONDITIONED;
   solve_semidefinite(K, size, step);
   const double longest = largest_of(step, size);
-  if (longest <= kControlled * push) return {true, flags};
+  if (longest <= kControlled * largest_displacement) return {true, flags};
   const double part = longest > pack.max_displacement ? pack.max_displacement / longest : 1.0;
   const double limit = kMostGiven * pack.max_displacement;
   for (uint32_t i = 0; i < size; ++i) {

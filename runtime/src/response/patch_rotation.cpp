@@ -26,13 +26,13 @@ bool has_turns(const TissueState& tissue) {
 bool take_turns(TissueState& tissue, const pal_contact* contacts, uint32_t count, const double* turns) {
   if (!has_turns(tissue)) return false;
   find_places(*tissue.pack, contacts, tissue.zone.active);
-  double* to = tissue.displacements + size_t{3} * count;
-  memset(to, 0, size_t{3} * count * sizeof *to);
+  double* turn = tissue.displacements + size_t{3} * count;
+  memset(turn, 0, size_t{3} * count * sizeof *turn);
   bool is_any_turned = false;
-  for (uint32_t c = 0; c < count && turns != nullptr; ++c, turns += 3, to += 3) {
-    memcpy(to, turns, 3 * sizeof *to);
-    if (shorten_turn(to)) tissue.input_flags[c] |= PAL_FLAG_CLAMPED;
-    is_any_turned = is_any_turned || to[0] != 0 || to[1] != 0 || to[2] != 0;
+  for (uint32_t c = 0; c < count && turns != nullptr; ++c, turns += 3, turn += 3) {
+    memcpy(turn, turns, 3 * sizeof *turn);
+    if (shorten_turn(turn)) tissue.input_flags[c] |= PAL_FLAG_CLAMPED;
+    is_any_turned = is_any_turned || turn[0] != 0 || turn[1] != 0 || turn[2] != 0;
   }
   return is_any_turned;
 }

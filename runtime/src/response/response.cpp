@@ -21,7 +21,7 @@ namespace {
 // overflows.
 constexpr double kAbsurdDisplacement = 1e6;
 
-// Converts a given displacement to model units and shortens an absurd displacement.
+// Converts a given displacement to model units and shortens an absurd displacement. Returns its flags.
 uint32_t take_displacement(const pal_pack& pack, const double displacement[3], double out[3]) {
   const double limit = kAbsurdDisplacement * pack.max_displacement * pack.metres;
   double scale = 1.0;
@@ -37,8 +37,8 @@ uint32_t take_displacement(const pal_pack& pack, const double displacement[3], d
   return scale < 1.0 ? PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED : 0;
 }
 
-// Converts given forces to model units. Limits each force so that it moves its contact alone by at most
-// kAbsurdDisplacement.
+// Converts given forces to model units. Limits each force to kAbsurdDisplacement x max_displacement x the
+// contact's own stiffness along the axis. Returns flags.
 uint32_t take_forces(const TissueState& tissue, const pal_contact& contact, uint32_t index, double* out) {
   const double* stiffness = tissue.linear.active.own_stiffness + size_t{9} * index;
   uint32_t flags = 0;
@@ -69,10 +69,11 @@ void shorten_answer(const pal_pack& pack, uint32_t count, LinearState& linear, L
     shorten(frame.forces[i]);
   }
   for (uint32_t i = 0; i < 3 * linear.active.num_held; ++i) shorten(linear.nodal_force[i]);
-  for (int of = 0; of < 2; ++of) shorten(frame.energy);  // energy is quadratic: force times displacement
+  for (int factor = 0; factor < 2; ++factor) shorten(frame.energy);  // energy: force times displacement
   frame.flags |= PAL_FLAG_CLAMPED | PAL_FLAG_EXTRAPOLATED;
 }
 
+// Evaluates linear_dd for the given displacements in `tissue` and the given forces of the contacts.
 LinearFrame evaluate_given(TissueState& tissue, const pal_contact* contacts, uint32_t count) {
   LinearFrame frame = {};
   frame.given_forces = tissue.given_forces;
@@ -184,7 +185,7 @@ void answer_linear_point(TissueState& tissue, const pal_contact& contact, pal_co
   give_result(tissue, PAL_MODEL_LINEAR, flags, answer.force, answer.stiffness, results[0]);
 }
 
-// Whether the ready zone is unsound for these contacts. Then linear_dd answers, if the config allows.
+// Whether the zone prepared for these contacts cannot answer, and the config lets linear_dd answer instead.
 bool is_zone_refused(const TissueState& tissue, const pal_contact* contacts, uint32_t count) {
   const ZoneSet& set = tissue.zone.active;
   return tissue.config->model == PAL_MODEL_AUTO && set.ready && !set.sound &&
@@ -198,6 +199,7 @@ bool zone_answers(const TissueState& tissue, uint32_t num_contacts) {
          num_contacts <= tissue.zone.room.contacts;
 }
 
+// Inclusions and rotating patches need the zone, if a zone can answer.
 bool polynomial_answers(const TissueState& tissue, uint32_t num_contacts, bool forces_given) {
   const bool is_for_zone =
       (tissue.zone.inclusion.is_present || has_turns(tissue)) && zone_answers(tissue, num_contacts);
@@ -224,8 +226,8 @@ void begin_blend(TissueState& tissue, const pal_contact* contacts, uint32_t coun
   begin_linear(contacts, count, tissue.fixed, tissue.num_fixed, tissue.fixed_version, tissue.linear);
 }
 
-// Asks the refining lane for a zone of these contacts, unless the lane is busy. Returns whether it was asked.
-bool ask_for_zone(TissueState& tissue, const pal_contact* contacts, uint32_t count) {
+// Requests a zone for these contacts from the refining lane, unless the lane is busy. Returns whether it did.
+bool request_zone(TissueState& tissue, const pal_contact* contacts, uint32_t count) {
   ZoneMailbox& mailbox = tissue.refinement.mailbox;
   if (!is_idle(mailbox)) return false;
   const FixedNodes fixed = {tissue.num_fixed, tissue.fixed, tissue.fixed_version};
@@ -245,7 +247,7 @@ bool can_answer(const TissueState& tissue, uint32_t num_contacts, bool forces_gi
 
 ResponseKind select_response(const TissueState& tissue, const pal_contact* contacts, uint32_t count,
                              bool forces_given) {
-  // An organ without contacts is at rest, unless fixed nodes hold it under turned gravity.
+  // The tissue without contacts is at rest, unless fixed nodes hold it under turned gravity.
   if (count == 0)
     return tissue.gravity.is_turned && tissue.num_fixed > 0 ? ResponseKind::linear : ResponseKind::nothing;
   if (polynomial_answers(tissue, count, forces_given)) return ResponseKind::polynomial;
@@ -276,10 +278,10 @@ bool prepare(TissueState& tissue, ResponseKind kind, const pal_contact* contacts
   if (!is_zone || lacks_blend(tissue, contacts, count, tissue.num_fixed, tissue.fixed_version)) {
     begin_blend(tissue, contacts, count);
     advance_linear(*tissue.pack, UINT64_MAX, tissue.linear);
-    tissue.linear_begun = false;  // a blend that tools had begun is lost
+    tissue.linear_begun = false;  // this blend replaced the blend in preparation
   }
   if (!is_zone || has_zone_for(tissue, contacts, count, tissue.fixed_version)) return true;
-  ask_for_zone(tissue, contacts, count);
+  request_zone(tissue, contacts, count);
   return false;
 }
 
@@ -304,7 +306,7 @@ bool prepare_within(TissueState& tissue, ResponseKind kind, const pal_contact* c
     began = !is_zone;
   }
   if (is_zone && !has_zone_for(tissue, contacts, count, tissue.fixed_version))
-    began = ask_for_zone(tissue, contacts, count);
+    began = request_zone(tissue, contacts, count);
   if (tissue.linear_begun && advance_linear(*tissue.pack, tissue.operations, tissue.linear)) {
     tissue.linear_begun = false;
     finished = true;
@@ -381,9 +383,9 @@ void add_coupling(const TissueState& tissue, ResponseKind answered, const pal_co
     for (uint32_t i = 0; i < 9; ++i)
       block[i] = tissue.zone.active.stiffness[3 * row + i / 3][3 * column + i % 3];
     if (tissue.has_joint_transfer) {
-      double of_move[9];
-      stiffness_between(pack, tissue.linear, row, column, of_move);
-      for (uint32_t i = 0; i < 9; ++i) block[i] += of_move[i];
+      double transferred[9];
+      stiffness_between(pack, tissue.linear, row, column, transferred);
+      for (uint32_t i = 0; i < 9; ++i) block[i] += transferred[i];
     }
   }
   for (uint32_t i = 0; i < 9; ++i)

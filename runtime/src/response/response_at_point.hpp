@@ -20,7 +20,7 @@
 
 namespace palpate {
 
-// Capacity for the corners of a polynomial's field, or of a zone's field with so many contacts.
+// Capacity for the corners of a polynomial's field, or of a zone's field with this many contacts.
 constexpr uint32_t most_corners(uint32_t num_zone_contacts) {
   return num_zone_contacts > 0 ? kMostCorners * num_zone_contacts : 3;
 }
@@ -38,8 +38,8 @@ struct PointResponse {
 PointResponse blend_polynomials(const pal_pack& pack, const ContactPlace& place, const double displacement[3],
                                 FieldState& field);
 
-// The transfer of a zone's answer from `site` to `place`: zero where `place` is that site. Adds its field to
-// the zone's field.
+// The transfer of a zone's answer from `site` to `place`: zero if `place` is that site. Adds the transfer's
+// field to the zone's field.
 PointResponse transfer_to_place(const pal_pack& pack, uint32_t site, const ContactPlace& place,
                                 const double displacement[3], FieldState& field);
 

@@ -13,8 +13,8 @@ enum class ResponseKind : uint32_t {
   linear,        // linear_dd for any contacts, after its preparation (linear_dd.hpp)
 };
 
-// Whether the caller asked for nonlinear answers. Linear ones then only stand in until a zone is prepared.
-inline bool is_nonlinear_alone(pal_model model) {
+// Whether the caller chose a nonlinear model. Then linear_dd answers only while a zone is in preparation.
+inline bool is_nonlinear_only(pal_model model) {
   return model != PAL_MODEL_AUTO && model != PAL_MODEL_LINEAR;
 }
 

@@ -53,7 +53,7 @@ double add_joint_transfer(TissueState& tissue, const pal_contact* contacts, uint
   return frame.energy;
 }
 
-// The results of a zone's contacts, with their error estimates. `is_turned`: some patch is rotated.
+// Fills in the results of a zone's contacts, with error estimates. `is_turned`: some patch is rotated.
 void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32_t count, bool is_turned,
                   const ZoneAnswer& answer, const PointResponse* transfer, pal_contact_result* results) {
   const pal_pack& pack = *tissue.pack;
@@ -70,6 +70,7 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
     const double scale = pack.max_displacement * patch_stiffness_norm(pack, set.sites[c]);
     load = std::max(load, length(set.force + size_t{3} * c) / scale);
   }
+  // The survey covers given displacements with all rings, without fixed nodes, inclusion or rotation.
   bool is_surveyed = tissue.zone.room.rings == pack.zone_rings && !tissue.zone.inclusion.is_present &&
                      set.num_fixed == 0 && !is_turned;
   bool are_at_sites = true;
@@ -81,7 +82,6 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
     result.flags = answer.flags | transfer[c].flags | tissue.input_flags[c];
     if (!set.sound) result.flags |= PAL_FLAG_ILL_CONDITIONED;
     if (length(d) > pack.max_displacement * (1 + kRounding)) result.flags |= PAL_FLAG_EXTRAPOLATED;
-    // The survey covers converged contacts at sites with all rings.
     const ContactPlace difference = difference_from(place_of(contacts[c]), set.sites[c]);
     if (difference.count > 0 && !tissue.has_joint_transfer && (count > 1 || set.num_fixed > 0))
       result.flags |= PAL_FLAG_NEAREST_SITE;
@@ -105,7 +105,7 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
   if (set.correction.is_refined && are_at_sites &&
       (flags & ~uint32_t{PAL_FLAG_EXTRAPOLATED | PAL_FLAG_OVERLAPPING}) == 0)
     estimate_refined_errors(tissue, count, results);
-  // The error of a correction from before the last failure is not known.
+  // Without a successful iteration on the current tissue, the error of the correction is unknown.
   const bool is_stale = has_exterior(set) && set.correction.is_refined && !isfinite(set.correction.change);
   for (uint32_t c = 0; c < count && is_stale; ++c)
     results[c].displacement_error = results[c].force_error = kUnknownError;
@@ -115,7 +115,8 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
   }
 }
 
-// ZoneCorrection::force_change of a frame that took a delivery, from where contacts and forces were before.
+// Sets ZoneCorrection::force_change in a frame that took a delivery, if no contact has moved. `followed`,
+// `forces`: [3 contacts] displacements and forces before the frame.
 void find_force_changes(const double* followed, const double* forces, ZoneSet& set) {
   if (memcmp(followed, set.followed, 3 * set.num_contacts * sizeof *followed) != 0) return;
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
@@ -125,7 +126,7 @@ void find_force_changes(const double* followed, const double* forces, ZoneSet& s
   }
 }
 
-// What the last delivery says of the answer, and the request for the next one.
+// Flags the answer by the state of the last delivery, and requests the next iteration.
 void exchange_with_lane(TissueState& tissue, ZoneAnswer& answer) {
   const ZoneSet& set = tissue.zone.active;
   const ZoneCorrection& correction = set.correction;
@@ -166,7 +167,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
       tissue.displacements[at] = tissue.zone.strained ? set.wanted[at] : 0.0;
   }
   const bool is_turned = take_turns(tissue, contacts, count, turns);
-  double before[6 * pack::kMostZoneContacts];
+  double before[6 * pack::kMostZoneContacts];  // displacements, then forces
   memcpy(before, set.followed, 3 * count * sizeof *before);
   memcpy(before + 3 * count, set.force, 3 * count * sizeof *before);
   ZoneAnswer answer;
@@ -176,9 +177,9 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
   const bool are_forces_given = std::any_of(
       contacts, contacts + count, [](const pal_contact& contact) { return contact.force_axes != 0; });
   // The steps of force control share the frame's iterations.
-  for (uint32_t left = tissue.config->zone_iterations;;) {
-    answer = solve_zone(pack, tissue.displacements, left, are_forces_given, tissue.zone);
-    left -= answer.iterations;
+  for (uint32_t num_left = tissue.config->zone_iterations;;) {
+    answer = solve_zone(pack, tissue.displacements, num_left, are_forces_given, tissue.zone);
+    num_left -= answer.iterations;
     fill_zone_field(pack, tissue.zone, field);
     for (uint32_t c = 0; c < count; ++c) {
       transfer[c] = {};
@@ -192,11 +193,11 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
     if (is_joint) answer.energy += add_joint_transfer(tissue, contacts, count, transfer, couplings, field);
     control =
         control_forces(pack, set, contacts, transfer, is_joint ? couplings : nullptr, tissue.displacements);
-    if (control.has_ended || answer.went_back || left == 0) break;
+    if (control.has_ended || answer.went_back || num_left == 0) break;
   }
   for (uint32_t at = 0; at < 3 * count; ++at) {
-    const bool goes_on = is_force_given(contacts[at / 3], at % 3) && !answer.went_back;
-    set.wanted[at] = goes_on ? tissue.displacements[at] : set.followed[at];
+    const bool keeps_goal = is_force_given(contacts[at / 3], at % 3) && !answer.went_back;
+    set.wanted[at] = keeps_goal ? tissue.displacements[at] : set.followed[at];
   }
   if (tissue.has_correction) find_force_changes(before, before + 3 * count, tissue.zone.active);
   exchange_with_lane(tissue, answer);

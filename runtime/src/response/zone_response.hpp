@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// Whether one of the two blends serves these contacts. The function makes that blend the active blend.
+// Whether one of the two blends is ready for these contacts. Makes this blend the active blend.
 bool find_ready_blend(LinearState& linear, const pal_contact* contacts, uint32_t count,
                       uint32_t fixed_version);
 

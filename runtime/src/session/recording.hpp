@@ -17,8 +17,8 @@ struct Recorder {
   bool full;  // a call did not fit
 };
 
-// Each function writes one call that has just succeeded, or nothing when the session has no recording. Frames write
-// before them that they took a delivery of the refining lane.
+// Each function writes one call that has just succeeded, or nothing when the session has no recording. A
+// frame that read a delivery of the refining lane writes Call::delivery first.
 void record_fixed(pal_session& session, const uint32_t* contact_nodes, uint32_t count);
 void record_hold(pal_session& session, uint32_t tool, const pal_hold& hold);
 void record_release(pal_session& session, uint32_t tool);

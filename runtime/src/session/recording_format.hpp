@@ -33,7 +33,7 @@ enum class Call : uint32_t {
   set_gravity = 7,
   set_inclusion = 8,
   set_orientations = 9,
-  // The next frame takes the delivery of the request under way: replay works on the request until it is made.
+  // The next frame reads a delivery of the refining lane. Replay refines until the delivery is complete.
   delivery = 10,
 };
 
@@ -48,7 +48,7 @@ struct CallSubject {
   uint32_t has_more;  // 1: optional input follows, such as ages, a touch, an acceleration or an inclusion
 };
 
-// These structs hold inputs without padding: the bytes of padding are undefined and would change the file.
+// These structs have no padding, because bytes of padding are undefined and would change the file.
 struct RecordedContact {
   uint32_t site;
   uint32_t force_axes;

@@ -154,8 +154,8 @@ pal_status replay_call(pal_session& session, Call call, CallReader& reader, pal_
       pal_refinement refinement = {};
       refinement.struct_size = sizeof refinement;
       const pal_status status = pal_session_refine(&session, 0, &refinement);
-      const bool is_made = refinement.delivered != 0 || refinement.failed != 0;
-      return status == PAL_STATUS_OK && is_made ? PAL_STATUS_OK : PAL_STATUS_CORRUPT_RECORDING;
+      const bool is_delivered = refinement.delivered != 0 || refinement.failed != 0;
+      return status == PAL_STATUS_OK && is_delivered ? PAL_STATUS_OK : PAL_STATUS_CORRUPT_RECORDING;
     }
   }
   return PAL_STATUS_CORRUPT_RECORDING;

@@ -40,6 +40,7 @@ bool has_zone(const pal_pack& pack, const pal_session_config& config) {
   return pack.organ.nodes != nullptr && (config.model == PAL_MODEL_AUTO || config.model == PAL_MODEL_ZONE);
 }
 
+// Takes the session and its arrays from the arena. Sets the pointers in `arrays`. Returns the session.
 pal_session* carve_session(const pal_pack& pack, const pal_session_config& config, Arena& arena,
                            pal_session& arrays) {
   pal_session* session = arena.take<pal_session>(1);
@@ -54,32 +55,32 @@ pal_session* carve_session(const pal_pack& pack, const pal_session_config& confi
   arrays.tissue.given_axes = arena.take<uint32_t>(config.max_contacts);
   arrays.tissue.given_forces = arena.take<double>(size_t{3} * config.max_contacts);
   LinearState& linear = arrays.tissue.linear;
-  if (pack.field_compliance != nullptr && !is_nonlinear_alone(config.model)) {
+  if (pack.field_compliance != nullptr && !is_nonlinear_only(config.model)) {
     carve_linear(pack, config.max_contacts, config.max_fixed, arena, linear);
   } else if (has_zone(pack, config)) {
     // linear_dd answers until a zone is prepared, and transfers responses to contacts between sites.
     carve_linear(pack, std::min(config.max_contacts, kMostZoneContacts), config.max_fixed, arena, linear);
   }
-  const uint32_t at_point = pack.field_compliance != nullptr ? most_held_at_point(pack) : 0;
-  uint32_t most_held = at_point > linear.max_shown ? at_point : linear.max_shown;
-  uint32_t most_own = 0;
-  uint32_t most_in_zones = 0;
+  const uint32_t held_at_point = pack.field_compliance != nullptr ? most_held_at_point(pack) : 0;
+  uint32_t most_held = held_at_point > linear.max_shown ? held_at_point : linear.max_shown;
+  uint32_t most_zone_nodes = 0;
+  uint32_t most_zone_contacts = 0;
   if (has_zone(pack, config)) {
     const ZoneRoom room =
         zone_room(pack, config.max_contacts, config.max_fixed, config.zone_rings, config.patches_turn != 0);
     carve_zone(pack, room, arena, arrays.tissue.zone);
     carve_refinement(pack, room, arena, arrays.tissue.refinement);
-    // Transfers of contacts to their places, and linear_dd of all contacts.
-    const uint32_t of_patches = room.contacts * kMostCorners * pack.max_patch_nodes;
-    most_held = std::max(most_held, of_patches + linear.max_shown);
-    most_own = room.nodes;
-    most_in_zones = room.contacts;
+    // A zone's field includes the transfers to the contacts' places, and linear_dd of all contacts.
+    const uint32_t held_in_transfers = room.contacts * kMostCorners * pack.max_patch_nodes;
+    most_held = std::max(most_held, held_in_transfers + linear.max_shown);
+    most_zone_nodes = room.nodes;
+    most_zone_contacts = room.contacts;
   }
   for (FieldState& slot : arrays.tissue.snapshots.slots) {
-    slot.corners =
-        arena.take<PolynomialFieldState>(pack.polynomial_sites != nullptr ? most_corners(most_in_zones) : 0);
-    slot.own_nodes = arena.take<uint32_t>(most_own);
-    slot.own = arena.take<pal_real>(size_t{3} * most_own);
+    slot.corners = arena.take<PolynomialFieldState>(
+        pack.polynomial_sites != nullptr ? most_corners(most_zone_contacts) : 0);
+    slot.own_nodes = arena.take<uint32_t>(most_zone_nodes);
+    slot.own = arena.take<pal_real>(size_t{3} * most_zone_nodes);
     slot.held = arena.take<uint32_t>(most_held);
     slot.weights = arena.take<pal_real>(size_t{3} * most_held);
   }
@@ -102,7 +103,7 @@ pal_session_config default_config(const pal_pack* pack) {
   return config;
 }
 
-// Whether the pack carries the model that a config requests.
+// Checks that the pack carries the model that a config requests.
 pal_status check_model(const pal_pack& pack, const pal_session_config& config) {
   int model;  // a C program may pass any integer, and loading such an enumeration is undefined behaviour
   static_assert(sizeof model == sizeof config.model);
@@ -160,6 +161,7 @@ uint64_t operations_within(const pal_session_config& config) {
   return operations < 1 ? 1 : static_cast<uint64_t>(operations < kMost ? operations : kMost);
 }
 
+// Counts the bytes by carving a session from an arena without memory.
 size_t required_bytes(const pal_pack& pack, const pal_session_config& config) {
   Arena counting(nullptr);
   pal_session arrays = {};
@@ -217,7 +219,7 @@ extern "C" pal_status pal_session_required_bytes(const pal_pack* pack, const pal
 extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_config* config, void* arena,
                                        size_t arena_bytes, pal_session** session) noexcept {
   if (arena == nullptr || session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  const palpate::FloatingPointMode mode;  // the budget and the check of the config round alike
+  const palpate::FloatingPointMode mode;  // the budget rounds as in read_config()
   pal_session_config complete;
   if (const pal_status status = palpate::read_config(pack, config, complete); status != PAL_STATUS_OK)
     return status;
@@ -230,22 +232,22 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   // A session reads no clock, so the recorded config names no clock.
   complete.clock = nullptr;
   complete.clock_user = nullptr;
-  memset(arena, 0, required);  // also touches every page now, not in a frame
+  memset(arena, 0, required);  // also touches every page before the first frame
   palpate::Arena memory(arena);
-  pal_session made = {};
-  pal_session* place = palpate::carve_session(*pack, complete, memory, made);
-  made.config = complete;
-  made.tissue.pack = pack;
-  made.tissue.config = &place->config;
-  made.tissue.kernel = palpate::choose_field_kernel();
-  made.tissue.linear.assembly.inverse.kernel = palpate::choose_inverse_kernel();
-  made.tissue.zone.kernel = palpate::choose_elimination_kernel();
-  made.tissue.zone.is_bounded = complete.budget_seconds > 0;
-  made.tissue.operations = palpate::operations_within(complete);
-  for (uint32_t tool = 0; tool < complete.max_tools; ++tool) palpate::reset_tool(made.tools.tools[tool]);
-  palpate::reset_passivity(made.tools.passivity);
-  if (palpate::has_zone(*pack, complete)) palpate::fill_refinement(*pack, made.tissue.refinement);
-  memcpy(static_cast<void*>(place), &made, sizeof made);
+  pal_session initial = {};
+  pal_session* place = palpate::carve_session(*pack, complete, memory, initial);
+  initial.config = complete;
+  initial.tissue.pack = pack;
+  initial.tissue.config = &place->config;
+  initial.tissue.kernel = palpate::choose_field_kernel();
+  initial.tissue.linear.assembly.inverse.kernel = palpate::choose_inverse_kernel();
+  initial.tissue.zone.kernel = palpate::choose_elimination_kernel();
+  initial.tissue.zone.is_bounded = complete.budget_seconds > 0;
+  initial.tissue.operations = palpate::operations_within(complete);
+  for (uint32_t tool = 0; tool < complete.max_tools; ++tool) palpate::reset_tool(initial.tools.tools[tool]);
+  palpate::reset_passivity(initial.tools.passivity);
+  if (palpate::has_zone(*pack, complete)) palpate::fill_refinement(*pack, initial.tissue.refinement);
+  memcpy(static_cast<void*>(place), &initial, sizeof initial);
   *session = place;
   return PAL_STATUS_OK;
 }

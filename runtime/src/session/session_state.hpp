@@ -20,10 +20,9 @@ struct pal_session {
   palpate::TissueState tissue;
   double* turns;  // [max_contacts][3] rotations of contacts in contact frames (patch_rotation.hpp)
   palpate::ToolStates tools;
-  uint32_t num_requested;  // 0: the visual frame writes all nodes
-  uint32_t* requested;     // [max_requested] packed nodes, ascending
-  uint32_t*
-      requested_by_panel;  // [max_requested] places in `requested`, in the node order of compressed panels
+  uint32_t num_requested;        // 0: the visual frame writes all nodes
+  uint32_t* requested;           // [max_requested] packed nodes, ascending
+  uint32_t* requested_by_panel;  // [max_requested] places in `requested`, sorted by compressed panel
   palpate::Recorder recorder;
   pal_counters counters;
   bool used;         // a call has changed the session

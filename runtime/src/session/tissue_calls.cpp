@@ -18,16 +18,16 @@ namespace {
 
 // The limit is relative to the scene's gravity: a linear answer means nothing beyond this factor.
 constexpr double kMostGravity = 10.0;
-// A rotation of gravity to and fro leaves a relative difference of this size.
+// A rotation of gravity and its inverse leave at most this relative difference.
 constexpr double kGravityRounding = 1e-12;
 
 double length(const double v[3]) {
   return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-constexpr double kLeastStiffness = 0.01;
+constexpr double kLeastStiffness = 0.01;  // of an inclusion, relative to the pack's tissue
 constexpr double kMostStiffness = 100;
-constexpr double kLargestLength = 1e100;
+constexpr double kLargestLength = 1e100;       // m
 constexpr uint32_t kFirstInclusionBytes = 48;  // size of pal_inclusion in the first release
 static_assert(sizeof(pal_inclusion) >= kFirstInclusionBytes);
 
@@ -66,8 +66,8 @@ extern "C" pal_status pal_session_set_fixed(pal_session* session, const uint32_t
     if (contact_nodes[i] >= session->tissue.pack->num_contact_nodes) return PAL_STATUS_NO_SUCH_NODE;
   }
   // The polynomials do not include nodes that the session fixes later.
-  const bool has_linear = session->tissue.pack->field_compliance != nullptr &&
-                          !palpate::is_nonlinear_alone(session->config.model);
+  const bool has_linear =
+      session->tissue.pack->field_compliance != nullptr && !palpate::is_nonlinear_only(session->config.model);
   if (count > session->tissue.zone.room.fixed && !has_linear) return PAL_STATUS_MODEL_CANNOT_ANSWER;
   session->used = true;
   palpate::record_fixed(*session, contact_nodes, count);
@@ -103,7 +103,7 @@ extern "C" pal_status pal_session_set_gravity(pal_session* session, const double
   }
   const bool turned = turn[0] != 0 || turn[1] != 0 || turn[2] != 0;
   // Polynomials are sampled under the scene's gravity, and zones start from rest under the scene's gravity.
-  if (turned && palpate::is_nonlinear_alone(session->config.model)) return PAL_STATUS_MODEL_CANNOT_ANSWER;
+  if (turned && palpate::is_nonlinear_only(session->config.model)) return PAL_STATUS_MODEL_CANNOT_ANSWER;
   palpate::GravityTurn& gravity = session->tissue.gravity;
   for (int i = 0; i < 3; ++i) {
     gravity.has_changed = gravity.has_changed || gravity.now[i] != turn[i];
@@ -121,15 +121,15 @@ extern "C" pal_status pal_session_set_inclusion(pal_session* session,
   palpate::ZoneState& zone = session->tissue.zone;
   if (zone.room.contacts == 0) return PAL_STATUS_NO_SUCH_MODEL;
   const palpate::FloatingPointMode mode;
-  palpate::Inclusion made = {};
+  palpate::Inclusion converted = {};
   pal_inclusion known = {};
   if (inclusion != nullptr) {
     pal_status status = palpate::read_sized(*inclusion, palpate::kFirstInclusionBytes, known);
-    if (status == PAL_STATUS_OK) status = palpate::check_inclusion(*session->tissue.pack, known, made);
+    if (status == PAL_STATUS_OK) status = palpate::check_inclusion(*session->tissue.pack, known, converted);
     if (status != PAL_STATUS_OK) return status;
   }
-  if (!palpate::is_same(made, zone.inclusion)) ++zone.inclusion_version;
-  zone.inclusion = made;
+  if (!palpate::is_same(converted, zone.inclusion)) ++zone.inclusion_version;
+  zone.inclusion = converted;
   session->used = true;
   palpate::record_inclusion(*session, inclusion != nullptr ? &known : nullptr);
   return PAL_STATUS_OK;

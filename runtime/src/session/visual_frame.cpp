@@ -30,7 +30,7 @@ struct ShownField {
   const BasisCombination* corners;  // [num_corners]
 };
 
-// Overwrites the linear displacement of nodes in a nonlinear zone by the zone's own displacement.
+// Overwrites the displacement of nodes in a nonlinear zone by the zone's own displacement.
 void write_own_nodes(const FieldState& field, uint32_t first, uint32_t count, pal_real* sum) {
   for (uint32_t i = 0; i < field.num_own; ++i) {
     const uint32_t place = field.own_nodes[i] - first * pack::kPanelNodes;
@@ -43,7 +43,7 @@ void copy_panels(const pal_real* field, uint32_t first, uint32_t count, pal_real
   memcpy(sum, field + size_t{first} * pack::kPanelRows, size_t{count} * pack::kPanelRows * sizeof *sum);
 }
 
-// Adds how the organ outside of zones has followed the contacts since the last delivery.
+// Adds U (d - d_e) of nonlinear_zone.hpp: the organ outside the zone follows the contacts' motion d - d_e.
 void add_response(const pal_session& session, const FieldState& field, uint32_t first, uint32_t count,
                   pal_real* sum) {
   if (field.response == kNoField) return;
@@ -60,7 +60,7 @@ void fill_panels(const pal_session& session, const ShownField& shown, uint32_t f
                  pal_real* sum) {
   const FieldState& field = shown.state;
   const pal_pack& pack = *session.tissue.pack;
-  bool onto = true;
+  bool onto = true;  // `sum` holds values to add to
   if (field.refined_field != kNoField) {
     copy_panels(session.tissue.refinement.mailbox.fields[field.refined_field], first, count, sum);
   } else {

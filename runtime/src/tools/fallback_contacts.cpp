@@ -17,29 +17,29 @@ void match_answered(ToolStates& states) {
   for (uint32_t c = 0; c < states.num_contacts; ++c) {
     const uint64_t id = states.contacts[c].id;
     while (i < states.num_answered && states.answered_ids[i] < id) ++i;
-    states.answered_of[c] = i < states.num_answered && states.answered_ids[i] == id ? i : kNotAnswered;
+    states.answered_index[c] = i < states.num_answered && states.answered_ids[i] == id ? i : kNotAnswered;
   }
 }
 
 // Whether a contact has not reached its given displacement.
 bool is_behind(const double displacement[3], const double given[3]) {
-  constexpr double kAsGood = 0.01;
+  constexpr double kTolerance = 0.01;
   double largest = 0;
   double missing = 0;
   for (int i = 0; i < 3; ++i) {
     largest = std::max(largest, fabs(given[i]));
     missing = std::max(missing, fabs(given[i] - displacement[i]));
   }
-  return missing > kAsGood * largest;
+  return missing > kTolerance * largest;
 }
 
-// Whether the contacts of the last answer hold one of those held now, and a nonlinear model is ready for them.
+// Whether the last answered set has a contact that is still held, and a nonlinear model is ready for the set.
 bool serves_any(TissueState& tissue, ToolStates& states) {
   if (model_of(states.answered) == PAL_MODEL_LINEAR ||
       !is_ready(tissue, states.answered, states.answered_inputs, states.num_answered, states.answered_fixed))
     return false;
   match_answered(states);
-  return std::any_of(states.answered_of, states.answered_of + states.num_contacts,
+  return std::any_of(states.answered_index, states.answered_index + states.num_contacts,
                      [](uint32_t answered) { return answered != kNotAnswered; });
 }
 
@@ -83,7 +83,7 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
       kind != ResponseKind::zone ||
       is_ready(tissue, kind, states.inputs, states.num_contacts, tissue.fixed_version) ||
       serves_any(tissue, states);
-  if (!is_any_served) rest_zone(*tissue.pack, tissue.zone);  // before the lane is asked where it is
+  if (!is_any_served) rest_zone(*tissue.pack, tissue.zone);  // before a request copies the zone's state
   bool began = false;
   bool finished = false;
   const bool ready = prepare_within(tissue, kind, states.inputs, states.num_contacts, began, finished);
@@ -102,7 +102,7 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
                  states);
   } else if (finished &&
              is_ready(tissue, states.begun, states.begun_inputs, states.num_begun, states.begun_fixed)) {
-    // Not ready: a pal_contact_frame has replaced the part that was ready when the preparation began.
+    // The finished set is not ready if a pal_contact_frame has replaced a part of its preparation.
     set_answered(states.begun, states.num_begun, states.begun_ids, states.begun_inputs, states.begun_turns,
                  states.begun_fixed, tissue, states);
   } else if (!is_any_served) {
@@ -118,7 +118,7 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
   states.preparing = !ready;
   match_answered(states);
   for (uint32_t c = 0; !ready && c < states.num_contacts; ++c) {
-    const uint32_t answered = states.answered_of[c];
+    const uint32_t answered = states.answered_index[c];
     if (answered == kNotAnswered) continue;
     states.answered_inputs[answered] = states.inputs[c];
     if (has_turns(tissue))
@@ -127,10 +127,10 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
   answer_contacts(tissue, states.answered, states.answered_inputs, states.num_answered, states.answered_turns,
                   states.answered_results);
   for (uint32_t c = 0; c < states.num_contacts; ++c) {
-    if (states.answered_of[c] != kNotAnswered) continue;
+    if (states.answered_index[c] != kNotAnswered) continue;
     const double energy = answer_alone(tissue, states.inputs[c], states.results[c]);
-    // The account takes the energy of a contact held under strain once a set answers it.
-    if (states.contacts[c].strain != Strain::brought) tissue.stored_energy += energy;
+    // The account takes the energy of a strained contact when a set answers the contact.
+    if (states.contacts[c].strain != Strain::uncounted) tissue.stored_energy += energy;
   }
   // The output must treat an answer as changed in four cases, because the force may jump:
   // - A new zone starts where the organ is and catches up with the tools. Before equilibrium its force may

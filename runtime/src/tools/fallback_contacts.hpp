@@ -1,5 +1,5 @@
-// A fallback contact set answers while linear_dd is prepared within the budget, or a zone by the refining lane. The
-// fallback set is the contact set that answered last, as long as it serves a contact that a tool still holds:
+// A fallback contact set answers during a preparation: of linear_dd within the budget, or of a zone by the
+// refining lane. The set that answered last is the fallback set while tools hold one of its contacts:
 // - Contacts that tools still hold move with their tools.
 // - Released contacts keep their last displacement.
 // - linear_dd answers new contacts as if each were alone.

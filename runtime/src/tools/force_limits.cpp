@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// |K| of linear_dd, or the Hessian of the polynomial energy.
+// |K| by linear_dd, or by the Hessian of the polynomial energy at rest. Model units.
 double rest_stiffness_norm(const pal_pack& pack, uint32_t site) {
   if (pack.site_forces != nullptr) return patch_stiffness_norm(pack, site);
   constexpr double kRest[3] = {};
@@ -23,8 +23,7 @@ double rest_stiffness_norm(const pal_pack& pack, uint32_t site) {
   return sqrt(square);
 }
 
-// F, in force units. An unverified pack may hold values that are not finite: this function ignores such
-// values.
+// F, in the model's force unit. Ignores values that are not finite, as an unverified pack may hold.
 double largest_linear_force(const pal_pack& pack) {
   double largest = 0;
   for (uint32_t site = 0; site < pack.num_sites; ++site) {
@@ -38,11 +37,11 @@ double largest_linear_force(const pal_pack& pack) {
 
 void fill_limits(const pal_pack& pack, pal_session_config& config) {
   constexpr double kMargin = 5;
-  constexpr double kRiseSeconds = 0.01;  // a tool that presses so far in less time moves faster than a hand
+  constexpr double kRiseSeconds = 0.01;  // a hand takes longer to reach max_force
   if (config.max_force == 0 || config.max_force_rate == 0) {
-    const double most = kMargin * largest_linear_force(pack) * pack.newtons;
-    if (config.max_force == 0) config.max_force = most;
-    if (config.max_force_rate == 0) config.max_force_rate = std::min(config.max_force, most) / kRiseSeconds;
+    const double usual = kMargin * largest_linear_force(pack) * pack.newtons;
+    if (config.max_force == 0) config.max_force = usual;
+    if (config.max_force_rate == 0) config.max_force_rate = std::min(config.max_force, usual) / kRiseSeconds;
   }
   if (config.max_torque == 0) config.max_torque = HUGE_VAL;
   if (config.max_torque_rate == 0) config.max_torque_rate = HUGE_VAL;

@@ -1,6 +1,6 @@
 // The default limits of tool forces, for a config that states none.
 //
-//    F = max over sites of max_displacement |K|,   K = d force / d displacement of the site's patch at rest, alone
+//    F = max over sites of max_displacement |K|,   K = d force / d displacement of one patch, alone at rest
 //    max_force = 5 F,   max_force_rate = max_force / 10 ms
 //
 // A pack does not keep the largest force of its survey, and F leaves out the stiffening of the tissue. The

@@ -18,6 +18,7 @@ bool is_zero(const Wrench& wrench) {
   return true;
 }
 
+// w of the blend: 1 - s^2 (3 - 2 s) = left^2 (3 - 2 left), left = 1 - s.
 double fading(double left) {
   return left * left * (3.0 - 2.0 * left);
 }
@@ -39,7 +40,7 @@ double part_within(double most_force, double most_torque, const Wrench& wrench) 
   return part;
 }
 
-// Limits the wrench to the largest force and torque, and its step from the last wrench to the largest rates.
+// Limits `wanted`, and its step from `last` by the rates. Sets `last`. Returns whether a limit applied.
 bool limit(const pal_session_config& config, double dt, Wrench& wanted, Wrench& last) {
   const double part = part_within(config.max_force, config.max_torque, wanted);
   if (part < 1.0) {
@@ -64,7 +65,7 @@ void take_gain(ForceOutput& output) {
   output.gain = 1.0;
 }
 
-// Plays the last force in place of the model's force.
+// Continues with the last limited force, without a blend.
 void hold_last(ForceOutput& output) {
   output.blended = output.limited;
   output.difference = {};
@@ -86,7 +87,7 @@ uint32_t blend_force(const pal_session_config& config, bool reliable, bool switc
   const bool held = !reliable || !finite;
   uint32_t flags = (held ? PAL_FLAG_HELD : 0) | (finite ? 0 : PAL_FLAG_NOT_FINITE);
   const bool released = output.held && !held;
-  // Under stale input the gain goes on falling.
+  // Under stale input the gain keeps falling.
   if (released && !stale) take_gain(output);
   if (held && !output.held) hold_last(output);
   if (held) wrench = output.blended;

@@ -23,27 +23,27 @@ struct Wrench {
 };
 
 struct ForceOutput {
-  Wrench blended;     // last frame, before limits and fading
-  Wrench difference;  // the difference that the blend fades out
-  double blend_left;  // s
+  Wrench blended;     // force of the last frame, before limits and fading
+  Wrench difference;  // F(t0 - dt) - F_model(t0), which the blend fades out
+  double blend_left;  // remaining time of the blend: s
   double gain;        // 1; fades to 0 when the input is stale or the force is held
   bool held;          // the last frame held an unreliable force
   bool is_model;      // `out` equals the model's force
   bool quiet;         // the output is zero, and stays zero for a zero force and fresh input
-  Wrench limited;     // last frame, before fading
-  Wrench out;         // last frame
+  Wrench limited;     // force of the last frame, before fading
+  Wrench out;         // force of the last frame, as played
 };
 
 void reset_output(ForceOutput& output);
 
-// Holds and blends the model's force. Returns PAL_FLAG_BLENDING, PAL_FLAG_NOT_FINITE, PAL_FLAG_HELD as they apply.
+// Holds and blends the model's force. Returns PAL_FLAG_BLENDING, PAL_FLAG_NOT_FINITE and PAL_FLAG_HELD.
 // - `reliable`: the model's force is good, if it is finite.
 // - `switched`: the answering contacts or model have changed since the last frame.
 // - `stale`: the input is too old.
 uint32_t blend_force(const pal_session_config& config, bool reliable, bool switched, bool stale, double dt,
                      Wrench& wrench, ForceOutput& output);
 
-// Limits and fades a blended force into ForceOutput::out. Returns PAL_FLAG_STALE, PAL_FLAG_LIMITED as they apply.
+// Limits and fades a blended force into ForceOutput::out. Returns PAL_FLAG_STALE and PAL_FLAG_LIMITED.
 // `is_model`: nothing has changed the model's force so far.
 uint32_t limit_force(const pal_session_config& config, bool is_model, bool stale, double dt, Wrench wrench,
                      ForceOutput& output);

@@ -2,35 +2,34 @@
 //
 // The force of one model for one contact set is the gradient of an energy W, so a closed path returns its
 // work. Energy may appear in two ways:
-// - Another model or contact set has another W at the same displacements. A tool that goes in against a softer
+// - Another model or contact set has another W at the same displacements. A tool that goes in against a soft
 //   response and comes out along a stiffer response gains the difference.
 // - The fading difference of a blend may drive a tool.
 //
-// The session keeps an account E of the work of its tools as a device sees it, by the trapezoidal rule over the forces F
+// The session keeps an account E of the work of its tools. The trapezoidal rule sums the work of the forces F
 // and torques T that were played:
 //    E += sum of (F + F_before) / 2 . dx + (T + T_before) / 2 . dtheta
-// What gravity, inclusions and strained tissue at the begin of a hold bring to W counts as work of the tools.
+// Changes of W by gravity, by inclusions and by holds of strained tissue count as work of the tools.
 //
-// 1. The session multiplies the models' forces by `part`. While E covers W, part = 1. Else `part` moves towards
+// 1. The session multiplies the models' forces by `part`. While E covers W, part = 1. Else `part` tends to
 //      E / W  while the tools move out, so that they end at E = 0,
 //      1      while the tools move in, no faster than a blend.
 //    `part` moves with energy, not with time: a tool that stands still feels a constant force.
-// 2. The output F, after blends, must leave the account enough for the next frame, whose step dx may be as long as that of
-//    this frame. Where it does not, the session plays a part s of F, and the component of the remainder that resists the
-//    motion:
+// 2. The output F, after blends, must leave enough in the account for a next step as long as this frame's dx.
+//    Otherwise the session plays a part s of F, and the remainder's component that resists the motion:
 //      F_played = s F + (1 - s) max(0, F . dx) dx / |dx|^2
 //      s l = E + work_before / 2 + tolerance,    l = (r - w) / 2,   r = sum of |F| |dx|,   w = sum of F . dx
 //    with work_before the work of the last frame's forces along dx. Torques count as forces.
-//    - The second term cannot give in the next step more than it has taken in this one. So the tools pay an overdraft back
-//      as they move.
+//    - F adds w / 2 to E in this frame, and takes at most r / 2 in the next frame. Hence l.
+//    - The second term gives at most as much in the next step as it takes in this step. So the tools pay back
+//      an overdraft as they move.
 //    - In an overdraft s = 0, and a tool that stands still has the dx of its last motion.
-//    - While contacts are in equilibrium and E covers W, forces are those of W, and l = -w is enough.
+//    - While contacts are in equilibrium and E covers W, forces are gradients of W, and l = -w is enough.
 //
-// No force can undo the work of the force before: a tool that suddenly goes much farther than in the last frame may
-// overdraw the account. The account keeps that overdraft until it is paid back; a surplus is lost where the tissue is at rest
-// or nothing is held.
+// A tool that suddenly moves much farther than in the last frame may overdraw the account. The tools pay an
+// overdraft back. The account drops a surplus once the tissue is at rest or no contact is held.
 //
-// Source: the passivity observer and controller of Hannaford and Ryu 2002. Here factors on the force replace the damper.
+// Source: passivity observer and controller, Hannaford and Ryu 2002. Factors on the force replace the damper.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -42,10 +41,10 @@ namespace palpate {
 struct TissueState;
 struct ToolStates;
 
-// A tool's motion from one frame to the next.
+// A tool's motion from one frame to the next, world frame.
 struct Motion {
-  double way[3];
-  double turn[3];
+  double translation[3];  // m
+  double turn[3];         // rotation (turn_between())
 };
 
 struct Passivity {
@@ -60,10 +59,10 @@ struct Passivity {
 
 void reset_passivity(Passivity& passivity);
 
-// Finds `part` for a frame whose contacts have answered with these forces of the models [num_used tools].
+// Updates `part` for a frame, by the models' forces on the tools, `models` [num_used].
 void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* models);
 
-// Limits the outputs of this frame [num_used tools], before limits and fading, and returns s.
+// Multiplies the forces `outputs` [num_used] of this frame by s as in 2, and returns s.
 double limit_energy(const ToolStates& states, Wrench* outputs);
 
 // Adds the work of the output forces in this frame to the account.

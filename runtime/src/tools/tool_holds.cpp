@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-// PAL_LAW_TOUCH releases a contact whose place would be so far outside its rest place, in mean surface edges.
+// PAL_LAW_TOUCH releases a contact that is farther than this above its place at rest, in mean surface edges.
 // A hand's tremor stays below this height.
 constexpr double kReleaseHeight = 0.01;
 
@@ -101,8 +101,8 @@ bool find_near_tip(const TissueState& tissue, const Rotation& organ, ToolState& 
   double place[3];
   rotate_back(organ, tip, place);
   for (double& component : place) component /= tissue.pack->metres;
-  if (!find_nearest_surface_point(*tissue.pack, place, state.near, hit)) return false;
-  state.near = hit.primitive;
+  if (!find_nearest_surface_point(*tissue.pack, place, state.near_primitive, hit)) return false;
+  state.near_primitive = hit.primitive;
   return true;
 }
 
@@ -136,15 +136,15 @@ bool try_to_touch(const TissueState& tissue, uint32_t tool, ToolStates& states) 
 
 void release_departed(const TissueState& tissue, ToolRotation& last, ToolStates& states) {
   const double height = kReleaseHeight * tissue.pack->mean_surface_edge * tissue.pack->metres;
-  uint32_t is_outside = 0;  // one bit a tool
-  uint32_t is_known = 0;
+  uint32_t is_outside = 0;  // one bit a tool: the tip is outside
+  uint32_t is_tested = 0;   // one bit a tool: is_outside is known
   release_where(states, [&](const HeldContact& contact) {
     if (contact.law != PAL_LAW_TOUCH) return false;
     ToolState& tool = states.tools[contact.tool];
     const uint32_t bit = 1u << contact.tool;
-    if (tool.touches && (is_known & bit) == 0) {
+    if (tool.touches && (is_tested & bit) == 0) {
       SurfaceHit hit;
-      is_known |= bit;
+      is_tested |= bit;
       if (find_near_tip(tissue, states.organ, tool, hit) &&
           hit.distance * tissue.pack->metres > tool.touch.distance + height)
         is_outside |= bit;

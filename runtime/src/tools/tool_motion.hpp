@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// Cache of the last tool's rotation: contacts of one tool mostly follow one another.
+// Cache of the last tool's rotation: contacts of one tool are mostly neighbours in the list.
 struct ToolRotation {
   Rotation rotation;
   uint32_t tool;  // kMostTools: empty

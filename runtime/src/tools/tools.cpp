@@ -39,8 +39,7 @@ bool holds_anything(const ToolStates& states, uint32_t tool) {
   return false;
 }
 
-// Reads a tool's pose and age. False if a given pose or age is invalid; without a valid pose the last pose
-// ages.
+// Reads a tool's pose and age; without valid input the last pose ages. Returns false for invalid input.
 bool read_input(const pal_haptic_input& input, uint32_t tool, double dt, ToolState& state) {
   const double age = input.ages != nullptr && tool < input.num_tools ? input.ages[tool] : 0.0;
   state.before = state.pose;
@@ -73,19 +72,19 @@ void fill_inputs(TissueState& tissue, ToolStates& states, ToolRotation& last) {
       // Under turned gravity the tissue is away from its rest under the scene's gravity.
       const bool is_strained =
           tissue.gravity.is_turned || is_turned || d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > least * least;
-      contact.strain = is_strained ? Strain::brought : Strain::none;
-      if (is_strained) states.held_changed = true;  // treated as a tool that was first seen late
+      contact.strain = is_strained ? Strain::uncounted : Strain::none;
+      if (is_strained) states.held_changed = true;  // blends the force, as at the begin of a hold
     }
     states.inputs[c] = contact.place;
     rotate_back(states.organ, d, states.inputs[c].displacement);
   }
 }
 
-// Adds one contact's answer to its tool's wrench and to its tool's result except the force, world frame.
-void add_contact(const TissueState& tissue, const ToolStates& states, uint32_t index, const Rotation& own,
-                 Wrench& wrench, pal_tool_result& result) {
+// Adds one contact's answer to its tool's wrench, and to its tool's result except the force, world frame.
+void add_contact(const TissueState& tissue, const ToolStates& states, uint32_t index,
+                 const Rotation& tool_rotation, Wrench& wrench, pal_tool_result& result) {
   const HeldContact& contact = states.contacts[index];
-  const uint32_t answered = states.answered_of[index];
+  const uint32_t answered = states.answered_index[index];
   if (result.num_contacts++ == 0) result.site = contact.place.site;
   if (states.preparing) result.flags |= PAL_FLAG_PREPARING;
   const bool is_alone = answered == kNotAnswered;
@@ -93,7 +92,7 @@ void add_contact(const TissueState& tissue, const ToolStates& states, uint32_t i
   double force[3];
   double arm[3];
   rotate(states.organ, answer.force, force);
-  rotate(own, contact.arm, arm);
+  rotate(tool_rotation, contact.arm, arm);
   for (int i = 0; i < 3; ++i) wrench.v[i] += force[i];
   add_cross(arm, force, wrench.v + 3);
   if (!is_alone && has_turns(tissue) && states.answered == ResponseKind::zone) {
@@ -107,7 +106,7 @@ void add_contact(const TissueState& tissue, const ToolStates& states, uint32_t i
   memcpy(stiffness, answer.stiffness, sizeof stiffness);
   for (uint32_t other = 0; other < states.num_contacts && !is_alone; ++other) {
     if (other == index || states.contacts[other].tool != contact.tool) continue;
-    const uint32_t column = states.answered_of[other];
+    const uint32_t column = states.answered_index[other];
     if (column != kNotAnswered)
       add_coupling(tissue, states.answered, states.answered_results, answered, column, stiffness);
   }
@@ -122,7 +121,7 @@ void add_contact(const TissueState& tissue, const ToolStates& states, uint32_t i
   keep_worse(answer.force_error, result.force_error);
 }
 
-// What a result says of a force that is multiplied by `part`.
+// Reduces the stiffness of a tool whose force is multiplied by `part`, and flags the result.
 void reduce(double part, pal_tool_result& result) {
   if (part == 1.0 || result.num_contacts == 0) return;
   for (auto& row : result.stiffness) {
@@ -133,7 +132,7 @@ void reduce(double part, pal_tool_result& result) {
 
 // Whether the models' force on a tool is good. The force is unreliable in two cases:
 // - A flag reports an ill-conditioned or non-finite answer.
-// - A zone of the tool's contacts has jammed and has not converged since. In a jam no step keeps det F > 0 in every element.
+// - A zone of its contacts has jammed (every step inverted an element) and has not converged since.
 bool is_reliable(const ToolStates& states, const ZoneSet& set, uint32_t tool, uint32_t flags) {
   if ((flags & (PAL_FLAG_ILL_CONDITIONED | PAL_FLAG_NOT_FINITE)) != 0) return false;
   if ((flags & PAL_FLAG_UNCONVERGED) == 0) return true;
@@ -143,7 +142,7 @@ bool is_reliable(const ToolStates& states, const ZoneSet& set, uint32_t tool, ui
     if (group.setbacks.jammed == 0) continue;
     for (uint32_t c = 0; c < states.num_contacts; ++c) {
       const uint32_t* end = group.contacts + group.num_contacts;
-      if (states.contacts[c].tool == tool && std::find(group.contacts, end, states.answered_of[c]) != end)
+      if (states.contacts[c].tool == tool && std::find(group.contacts, end, states.answered_index[c]) != end)
         return false;
     }
   }
@@ -167,7 +166,7 @@ void carve_tools(const pal_session_config& config, Arena& arena, ToolStates& sta
   states.answered_turns = arena.take<double>(turns);
   states.begun_turns = arena.take<double>(turns);
   states.results = arena.take<pal_contact_result>(config.max_contacts);
-  states.answered_of = arena.take<uint32_t>(config.max_contacts);
+  states.answered_index = arena.take<uint32_t>(config.max_contacts);
   states.begun_ids = arena.take<uint64_t>(config.max_contacts);
   states.begun_inputs = arena.take<pal_contact>(config.max_contacts);
   states.answered_ids = arena.take<uint64_t>(config.max_contacts);
@@ -181,21 +180,21 @@ void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates
   const pal_session_config& config = *tissue.config;
   const bool dt_is_bad = !(input.dt >= 0 && input.dt <= kLongestFrame);
   if (!dt_is_bad) states.dt = input.dt;
-  // A frame that took too long ages the input by the longest frame, and no later frame repeats it.
+  // A dt above kLongestFrame counts as kLongestFrame in this frame. Other bad dt count as the last valid dt.
   const double dt = isfinite(input.dt) && input.dt > kLongestFrame ? kLongestFrame : states.dt;
 
   if (input.num_tools > 0) use_tool(states, input.num_tools - 1);
-  uint32_t own_flags[kMostTools] = {};
+  uint32_t tool_flags[kMostTools] = {};
   for (uint32_t tool = 0; tool < states.num_used; ++tool) {
     const bool read = read_input(input, tool, dt, states.tools[tool]);
-    own_flags[tool] = !read || dt_is_bad ? PAL_FLAG_BAD_INPUT : 0;
+    tool_flags[tool] = !read || dt_is_bad ? PAL_FLAG_BAD_INPUT : 0;
   }
   ToolRotation last = {{}, kMostTools};
   release_departed(tissue, last, states);
   for (uint32_t tool = 0; tool < states.num_used; ++tool) {
     ToolState& state = states.tools[tool];
     if (!state.touches || !state.has_pose || holds_anything(states, tool)) continue;
-    if (!try_to_touch(tissue, tool, states)) own_flags[tool] |= PAL_FLAG_NO_ROOM;
+    if (!try_to_touch(tissue, tool, states)) tool_flags[tool] |= PAL_FLAG_NO_ROOM;
   }
   fill_inputs(tissue, states, last);
   take_from_lane(tissue);
@@ -219,7 +218,7 @@ void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates
   for (uint32_t tool = 0; tool < states.num_used; ++tool) {
     ToolState& state = states.tools[tool];
     pal_tool_result& result = results[tool];
-    result.flags |= own_flags[tool];
+    result.flags |= tool_flags[tool];
     reduce(states.passivity.part, result);
     for (double& component : wrenches[tool].v) component *= states.passivity.part;
     is_stale[tool] = state.has_pose && config.stale_seconds > 0 && state.age > config.stale_seconds;

@@ -16,38 +16,36 @@
 namespace palpate {
 namespace {
 
-// What is left of an error at most, of what the contacts are moved by: a hundredth of what a zone is wrong by anyway.
+// Largest error of displacements in a converged group, over the contacts' displacement. A zone's own error is
+// about a hundred times as large.
 constexpr double kConverged = 1e-4;
-// A frame whose contacts stand still in a refined zone iterates until kConverged times this is reached, if its iterations
-// suffice. The errors that a frame leaves are noise for the lane's acceleration.
+// Factor of kConverged if contacts of a refined zone stand still: errors disturb Anderson's acceleration.
 constexpr double kAtRest = 1e-4;
-// Nothing measures the error after a step that is not evaluated, so that error is kept below this part of the accepted one.
+// Tightens the error limit for a step that is not evaluated, because no residual measures its error.
 constexpr double kUnmeasured = 0.25;
-constexpr double kMostLeft =
-    0.5;  // by a step of a tangent, of an error: it is made anew where it leaves more
-constexpr double kLargest = 1e60;  // displacement, model units
+constexpr double kMostResidualRatio = 0.5;  // a tangent whose step leaves more of the residual is renewed
+constexpr double kLargest = 1e60;           // displacement or energy, model units
 
-// Whether a step ends a solve, so that the group need not be evaluated after it: it leaves at most the length
-// `unmeasured`, no element is near inversion, and the tangent is not in doubt.
+// Whether a Newton step ends the solve without an evaluation after the step: the estimated error is at most
+// `unmeasured`, a length, no element is near inversion, F changes little, and the tangent is good.
 bool is_last_step(const ZoneFrame& frame, const ZoneGroup& group, double length, double unmeasured) {
   constexpr double kSafeJacobian = 0.1;
   constexpr double kMostStrain = 0.01;  // change of F in any element
   const double expected = contraction(frame, group);
   const double of_step = kStiffening * length / frame.pack.mean_surface_edge;
-  return length * std::max(expected, of_step) <= unmeasured && expected <= kMostLeft &&
+  return length * std::max(expected, of_step) <= unmeasured && expected <= kMostResidualRatio &&
          !group.tangent.is_shifted && length * group.steepest <= kMostStrain &&
          group.smallest_jacobian > kSafeJacobian;
 }
 
-// What a Newton step has come to.
-struct Stepped {
-  double length;  // of the largest component; negative where there was no way: nothing has moved then
-  // Else ZoneWork::forces, ZoneGroup::energy and ZoneSet::turning are those before the step.
+struct StepResult {
+  double length;  // largest component of the full step; negative: the step failed and nothing has moved
+  // If false, ZoneWork::forces, ZoneGroup::energy and ZoneSet::turning are from before the step.
   bool is_evaluated;
 };
 
-// A Newton step, or as much of it as leaves all elements upright. `unmeasured`: as for is_last_step().
-Stepped take_step(ZoneFrame& frame, double unmeasured, ZoneGroup& group) {
+// Takes a Newton step, halved up to kMostCuts times if an element is inverted. `unmeasured`: is_last_step().
+StepResult take_step(ZoneFrame& frame, double unmeasured, ZoneGroup& group) {
   const double* step = find_step(frame, group);
   double longest = 0;
   for (uint32_t i = 0; i < group.unknowns; ++i) {
@@ -77,16 +75,18 @@ Stepped take_step(ZoneFrame& frame, double unmeasured, ZoneGroup& group) {
   return {-1, true};
 }
 
-// One iteration, after find_residual(). `is_bounded`: ZoneState's. `unmeasured`: as for is_last_step().
-Stepped iterate(ZoneFrame& frame, bool is_bounded, double unmeasured, ZoneGroup& group, bool& is_renewed) {
+// Iterates once after find_residual(), and makes a new tangent if necessary. `is_bounded`: as in ZoneState.
+// `is_renewed`: this solve has made a tangent.
+StepResult iterate(ZoneFrame& frame, bool is_bounded, double unmeasured, ZoneGroup& group, bool& is_renewed) {
   const auto renew = [&] {
     if (is_renewed && is_bounded) return false;
     is_renewed = true;
     return make_tangent(frame, group);
   };
-  const bool is_bad = !group.has_tangent || group.tangent.left > kMostLeft || is_outdated(frame, group);
+  const bool is_bad =
+      !group.has_tangent || group.tangent.residual_ratio > kMostResidualRatio || is_outdated(frame, group);
   if (is_bad && !renew() && !group.has_tangent) return {-1, true};
-  Stepped step = take_step(frame, unmeasured, group);
+  StepResult step = take_step(frame, unmeasured, group);
   if (step.length < 0) {
     find_residual(frame, group);
     if (renew()) step = take_step(frame, unmeasured, group);
@@ -96,37 +96,37 @@ Stepped iterate(ZoneFrame& frame, bool is_bounded, double unmeasured, ZoneGroup&
   return step;
 }
 
-// Of the unknowns, squared.
-double size_of_residual(const ZoneFrame& frame, const ZoneGroup& group) {
+// Returns |r_u|^2.
+double squared_residual(const ZoneFrame& frame, const ZoneGroup& group) {
   double sum = 0;
   for (uint32_t i = 0; i < group.unknowns; ++i) sum += frame.work.residual[i] * frame.work.residual[i];
   return sum;
 }
 
-// Finds the group's forces and stored energy at its current displacements. `residual_before`: the squared
-// residual before the step; 0: too small to judge the tangent by.
+// Finds the forces and energy of an evaluated group. `residual_before`: |r_u|^2 before the last step, or 0 if
+// the step was too small to judge the tangent.
 void conclude(ZoneFrame& frame, double residual_before, ZoneGroup& group) {
   find_residual(frame, group);
-  if (residual_before > 0) group.tangent.left = sqrt(size_of_residual(frame, group) / residual_before);
+  if (residual_before > 0)
+    group.tangent.residual_ratio = sqrt(squared_residual(frame, group) / residual_before);
   if (group.has_tangent) find_forces(frame, group);
   group.stored = stored_energy(frame, group);
 }
 
-// The same after a last step s, by the residual r and the energy E before it and the tangent K: E - r . s + s . K s / 2 =
-// E - r . s / 2. find_forces() goes to the end of the step by itself. `stored`: E.
+// Finds forces and energy after a last step s = K^-1 r that is not evaluated. The energy falls from `stored`,
+// E, to E - r . s + s . K s / 2 = E - r . s / 2. find_forces() includes the step.
 void conclude_last(ZoneFrame& frame, double stored, ZoneGroup& group) {
   find_forces(frame, group);
   group.stored = stored - 0.5 * product(frame.work.residual, group.tangent.step, group.unknowns);
 }
 
-// On its way to a balance Newton passes states in which elements are all but inverted, and bear many times what they come
-// to. Where forces are much larger than those of the last balance, at d0, and what its stiffness adds to them,
+// Replaces an unconverged force F that is much too large, as Newton iterates with nearly inverted elements
+// have. From force F0, stiffness K0 and energy E0 of the last equilibrium d0 the function extrapolates
 //
-//   F' = F0 + K0 (d - d0),    |F|^2 > kMost^2 (|F0|^2 + |F' - F0|^2) >= kMost^2 / 2 |F'|^2,
+//   F' = F0 + K0 (d - d0),    E' = E0 + (F0 + F') / 2 . (d - d0)
 //
-// F' and K0 are answered, and the energy that goes with them, E0 + (F0 + F') / 2 . (d - d0). In fast motions of one contact
-// |F| was never as large; where three crush tissue it was up to several hundred times.
-void answer_on_the_way(const ZoneFrame& frame, ZoneGroup& group) {
+// and the stiffness K0. The condition is |F|^2 > kMost^2 (|F0|^2 + |F' - F0|^2).
+void limit_unconverged_force(const ZoneFrame& frame, ZoneGroup& group) {
   constexpr double kMost = 2;
   const ZoneSet& set = frame.set;
   if (!group.has_balance) return;
@@ -156,12 +156,13 @@ void answer_on_the_way(const ZoneFrame& frame, ZoneGroup& group) {
   group.stored = group.stored_in_balance + work;
 }
 
-// What acts on all groups once some have gone back: a set that has just begun has no balance yet, only a place.
+// Updates the forces on all groups after setbacks of some. A group that returned to its first state, not to
+// an equilibrium, has no valid force: the function makes a tangent and finds the force.
 void settle_groups(ZoneFrame& frame, const Setback* setbacks) {
   find_coupling(frame);
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
     ZoneGroup& group = frame.set.groups[g];
-    find_exterior_force(frame, group);  // a group at rest drops the correction of all
+    find_exterior_force(frame, group);  // rest_group() drops the correction of all groups
     if (setbacks[g] != Setback::none && !group.has_balance) {
       make_tangent(frame, group);
       conclude(frame, 0, group);
@@ -171,12 +172,12 @@ void settle_groups(ZoneFrame& frame, const Setback* setbacks) {
   }
 }
 
-// A group that has no tangent or no balance gets a tangent where it is, or at rest where it cannot stay. Returns whether
-// that tangent is new.
+// Evaluates a group that has no tangent or no stored equilibrium, and makes a missing tangent. A group with
+// an inverted element is put at rest first. Returns whether the function tried to make a tangent.
 bool begin_group(ZoneFrame& frame, ZoneGroup& group, bool& went_back) {
   if (group.has_tangent && group.has_balance) return false;
   place_held(frame, group);
-  // A patch that was turned otherwise may not fit.
+  // The rigid motion of a patch in a new set may invert an element.
   if (!evaluate_group(frame, group)) {
     rest_group(frame.pack, frame.set, group);
     place_held(frame, group);
@@ -184,61 +185,62 @@ bool begin_group(ZoneFrame& frame, ZoneGroup& group, bool& went_back) {
     went_back = true;
   }
   if (group.has_tangent) return false;
-  // What it was taken back with was the stiffness of another place.
+  // The stored stiffness may be of another state, so the new stiffness replaces it.
   if (make_tangent(frame, group) && group.setbacks.is_back && group.has_balance)
     keep_balance(frame.set, group);
   return true;
 }
 
-// What the solve of a group came to.
-struct Solved {
+struct SolveResult {
   uint32_t taken;  // iterations
-  bool failed;     // there was no way on
-  double left;     // of the error of displacements: length
-  bool done;       // it is in balance
+  bool failed;     // no acceptable step was found
+  double error;    // estimated error of displacements, length
+  bool done;       // the group has converged
 };
 
-// Lengths of errors of displacements.
-struct Goal {
-  double converged;   // a group with a smaller error has converged
-  double left;        // iterations go on beyond it
+// Limits of the estimated error of displacements, lengths.
+struct ErrorLimits {
+  double converged;   // a group below this error has converged
+  double stop;        // iterations end below this error
   double unmeasured;  // as for is_last_step()
 };
 
-// Newton iterations of a group whose contacts have moved, at least one.
-Solved solve_group(ZoneFrame& frame, uint32_t iterations, const Goal& goal, bool is_bounded, bool is_renewed,
-                   ZoneGroup& group) {
-  Solved solved = {};
-  const auto is_done = [&](double error) {
-    return solved.taken > 0 && !solved.failed && solved.left <= error;
+// Takes at least one Newton iteration in a group whose contacts have moved.
+SolveResult solve_group(ZoneFrame& frame, uint32_t iterations, const ErrorLimits& limits, bool is_bounded,
+                        bool is_renewed, ZoneGroup& group) {
+  SolveResult solved = {};
+  const auto is_done = [&](double limit) {
+    return solved.taken > 0 && !solved.failed && solved.error <= limit;
   };
-  while (solved.taken < iterations && !is_done(goal.left) && !solved.failed) {
+  while (solved.taken < iterations && !is_done(limits.stop) && !solved.failed) {
     find_residual(frame, group);
-    const double before = size_of_residual(frame, group);
+    const double before = squared_residual(frame, group);
     const double stored = stored_energy(frame, group);
-    const Stepped step = iterate(frame, is_bounded, goal.unmeasured, group, is_renewed);
+    const StepResult step = iterate(frame, is_bounded, limits.unmeasured, group, is_renewed);
     solved.failed = step.length < 0;
     if (step.is_evaluated)
-      conclude(frame, step.length > goal.converged ? before : 0, group);
+      conclude(frame, step.length > limits.converged ? before : 0, group);
     else
       conclude_last(frame, stored, group);
-    solved.left = step.length * contraction(frame, group);
+    solved.error = step.length * contraction(frame, group);
     ++solved.taken;
   }
-  solved.done = is_done(goal.converged);
+  solved.done = is_done(limits.converged);
   return solved;
 }
 
-// Goes back where groups found no way on, and keeps the balance of the others. Returns whether any group has gone back.
-bool keep_or_go_back(ZoneFrame& frame, const double* wanted, double size, const Solved* solved) {
+// Returns failed groups to an earlier state, a setback, and stores the equilibrium of converged groups.
+// Returns whether any group had a setback. `size`: as for find_setback().
+bool keep_or_go_back(ZoneFrame& frame, const double* wanted, double size, const SolveResult* solved) {
   ZoneSet& set = frame.set;
   Setback setbacks[kMostZoneContacts] = {};
-  bool goes_any_back = false;
+  bool has_any_setback = false;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
-    group.setbacks.astray = !solved[g].done && group.tangent.left > kMostLeft ? group.setbacks.astray + 1 : 0;
+    group.setbacks.stalled =
+        !solved[g].done && group.tangent.residual_ratio > kMostResidualRatio ? group.setbacks.stalled + 1 : 0;
     setbacks[g] = find_setback(frame, wanted, size, solved[g].failed, solved[g].done, group);
-    goes_any_back = goes_any_back || setbacks[g] != Setback::none;
+    has_any_setback = has_any_setback || setbacks[g] != Setback::none;
   }
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     ZoneGroup& group = set.groups[g];
@@ -248,19 +250,19 @@ bool keep_or_go_back(ZoneFrame& frame, const double* wanted, double size, const 
     }
     keep_trend(frame, group);
     if (!solved[g].done) {
-      answer_on_the_way(frame, group);
+      limit_unconverged_force(frame, group);
       continue;
     }
     group.setbacks.failures = 0;
-    if (goes_any_back) continue;  // it is one with what is lost
+    if (has_any_setback) continue;  // this equilibrium depends on states that other groups have left
     group.setbacks.longest_step = std::min(kLongestStep, 2 * group.setbacks.longest_step);
     keep_balance(set, group);
   }
-  if (goes_any_back) {
+  if (has_any_setback) {
     frame.flags |= PAL_FLAG_UNCONVERGED;
     settle_groups(frame, setbacks);
   }
-  return goes_any_back;
+  return has_any_setback;
 }
 
 }  // namespace
@@ -272,21 +274,21 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   ZoneFrame frame = frame_of(pack, state);
   frame.flags = set.flags;
   state.strained = true;
-  double farthest = 0;
+  double largest_move = 0;
   double size = 1e-6 * pack.max_displacement;
   for (uint32_t i = 0; i < set.num_axes; ++i) {
     set.force[i] -= set.coupled_force[i];
     set.coupled_force[i] = 0;
     const double move = length_of(frame, i, displacements[i] - set.followed[i]);
-    farthest = std::max(farthest, move);
+    largest_move = std::max(largest_move, move);
     size = std::max({size, length_of(frame, i, displacements[i]), move});
   }
-  const bool is_still = farthest <= kStill * pack.mean_surface_edge;
-  Goal goal = {};
-  goal.converged = kConverged * size;
-  goal.left = (!are_forces_given && set.correction.is_refined && is_still ? kAtRest : 1) * goal.converged;
-  // Given forces are compared with the contacts' forces, so the last step is evaluated.
-  goal.unmeasured = are_forces_given ? 0 : kUnmeasured * goal.left;
+  const bool is_still = largest_move <= kStill * pack.mean_surface_edge;
+  ErrorLimits limits = {};
+  limits.converged = kConverged * size;
+  limits.stop = (!are_forces_given && set.correction.is_refined && is_still ? kAtRest : 1) * limits.converged;
+  // The caller compares given forces with contact forces, so the last step is evaluated.
+  limits.unmeasured = are_forces_given ? 0 : kUnmeasured * limits.stop;
   bool is_renewed[kMostZoneContacts] = {};
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     is_renewed[g] = begin_group(frame, set.groups[g], state.went_back);
@@ -295,14 +297,14 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
     move_contacts(frame, set.groups[g], displacements);
   }
   find_coupling(frame);
-  Solved solved[kMostZoneContacts] = {};
+  SolveResult solved[kMostZoneContacts] = {};
   ZoneAnswer answer = {};
   bool converged = set.num_groups > 0;
-  if (!converged) answer.iterations = iterations;  // a set that is refused has no use for more
+  if (!converged) answer.iterations = iterations;  // no iteration helps a refused set
   for (uint32_t g = 0; g < set.num_groups; ++g) {
-    solved[g] = solve_group(frame, iterations, goal, state.is_bounded, is_renewed[g], set.groups[g]);
+    solved[g] = solve_group(frame, iterations, limits, state.is_bounded, is_renewed[g], set.groups[g]);
     answer.iterations = std::max(answer.iterations, solved[g].taken);
-    answer.left = std::max(answer.left, solved[g].left);
+    answer.left = std::max(answer.left, solved[g].error);
     converged = converged && solved[g].done;
   }
   if (!converged) frame.flags |= PAL_FLAG_UNCONVERGED;
@@ -323,7 +325,7 @@ void rest_zone(const pal_pack& pack, ZoneState& state) {
   ZoneSet& set = state.active;
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     rest_group(pack, set, set.groups[g]);
-    set.groups[g].setbacks.elsewhere = 0;
+    set.groups[g].setbacks.retry_distance = 0;
   }
 }
 

@@ -1,19 +1,18 @@
-// nonlinear_zone: full nonlinear elements in a small zone around the contacts, the rest of the organ, linearised, condensed
-// exactly onto it; St. Venant's principle taken at its word. Any contacts, several at once, no samples.
+// nonlinear_zone: nonlinear elements in a small zone about the contacts, with the linearised rest of the
+// organ condensed onto the zone's boundary. The model needs no samples and takes several contacts at once.
 //
-// With w the displacement from rest, P the nodal forces of the zone's elements, B its boundary, S as in
-// zone_set.hpp, f the forces that hold contacted nodes:
+// w: displacement from rest. P: nodal forces of the zone's elements. B, S: zone boundary and exterior
+// stiffness (zone_set.hpp). f: forces on contacted nodes. d: displacements and rotations of the contacts.
 //
 //   P(w) - P(0) + [S w_B + c]_B = f
 //   outside of V: u = u_e + U (d - d_e)
 //
-// d are the displacements and turns of the contacts, and U says how the organ follows them (field_response.hpp). c: the
-// correction of the refining lane, and u_e, d_e the field and the contacts of its last delivery (refinement.hpp); all zero
-// at rest. zone_balance.hpp adds how zones act on each other. Under gravity the elements' weight and P(0)
-// cancel. The answer is exact for small displacements, where the zone is the whole organ, and where the lane's iterations have
-// converged.
+// U = du/dd outside of the zone (field_response.hpp). c, u_e and d_e are the correction, field and contact
+// axes of the refining lane's last delivery (refinement.hpp). Before a delivery c and d_e are zero, and u_e
+// is the organ's rest. The organ's weight cancels P(0). The solution is exact in three cases: small
+// displacements, a zone that is the whole organ, and converged iterations of the refining lane.
 //
-// Each group is solved by Newton's method with a tangent that is kept while it is good (zone_tangent.hpp).
+// Newton's method solves each group with a tangent that many frames share (zone_tangent.hpp).
 #pragma once
 
 #include <palpate/palpate.h>
@@ -25,31 +24,30 @@ namespace palpate {
 
 struct ZoneAnswer {
   uint32_t flags;
-  uint32_t iterations;  // that it took
-  bool went_back;       // a group found no way on, and is where it was in balance last, or at rest
+  uint32_t iterations;  // Newton iterations of the slowest group
+  bool went_back;       // a group was returned to its last equilibrium or to rest
   double energy;
-  double left;  // of the error of displacements, as far as steps and rounds tell: length unit
+  double left;  // estimated error of displacements, length unit
 };
 
-// Moves the contacts of the set that answers to these displacements from rest and, where patches turn,
-// rotations, as ZoneSet::followed, and solves, model units; at most so many Newton iterations. No element is
-// ever accepted inverted, but of small strains, which know no inversion: where the way there would do so, the contacts
-// follow as far as they can, and go on in the next frame. Where there is no way on, or one that leads astray, they are back
-// where the zone was in balance last, and follow from there in shorter steps; where that fails for long and rest is nearer,
-// or no part of a step is left to take, at rest. Cost of an iteration, for each group: m^2 multiply-adds and the
-// forces of its elements, m = 3 x its nodes, three times where they share volumes. A frame that cannot wait for the tangent
-// of the refining lane makes one (zone_tangent.hpp).
-// Leaves displacements, forces and stiffness of the contacts in the set; on the way to a balance perhaps the forces that the
-// last one and its stiffness tell of.
-// `are_forces_given`: the caller compares the contacts' forces with given ones, and solves again. Else contacts of a refined
-// zone that stand still are solved as exactly as the iterations allow.
+// Moves the contacts of the active set towards `displacements`, [num_axes] as ZoneSet::followed. Solves each
+// group by at most `iterations` Newton iterations. The set then has displacements, forces and stiffness.
+// - An accepted state has det F > 0 in every element with finite strains. A step that would invert an element
+//   is shortened, and later frames move the contacts on.
+// - A group without an acceptable step returns to its last equilibrium, or after many failures to rest
+//   (zone_setback.hpp).
+// - The forces of an unconverged group may be extrapolated from its last equilibrium.
+// - `are_forces_given`: the caller compares contact forces with given forces and solves again. Otherwise a
+//   refined zone whose contacts stand still is solved to a smaller error.
+// Cost of an iteration for each group: m^2 multiply-adds, m = 3 x nodes, and one pass over its elements, or
+// three if elements share volumes. A frame makes a tangent if a group's tangent is missing, outdated or poor.
 ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_t iterations,
                       bool are_forces_given, ZoneState& state);
 
-// Something else answers: the set that did is at rest when it next does.
+// Puts the active set at rest when another model answers.
 void rest_zone(const pal_pack& pack, ZoneState& state);
 
-// Leaves the field of the frame just solved.
+// Writes the field of the frame just solved.
 void fill_zone_field(const pal_pack& pack, const ZoneState& state, FieldState& field);
 
 }  // namespace palpate

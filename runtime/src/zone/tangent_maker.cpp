@@ -8,14 +8,14 @@
 namespace palpate {
 namespace {
 
-// Parts of the diagonal that are added to it, one after the other until the stiffness is positive definite.
+// Relative increases of the diagonal, tried in turn until K_uu is positive definite.
 constexpr float kShifts[] = {0.0F, 0.1F, 1.0F};
 constexpr uint32_t kNumShifts = 3;
-// Multiply-adds that take as long as clearing an entry of a column, which comes from afar.
-constexpr uint64_t kOfEntry = 8;
-constexpr uint32_t kRowsAtOnce = 3;  // all of the matrix is read for each of these
+// Multiply-adds that take as long as clearing one uncached entry of a column.
+constexpr uint64_t kOperationsPerEntry = 8;
+constexpr uint32_t kRowsAtOnce = 3;  // sensitivities for each pass over the matrix; divides num_axes
 
-// Clears a column and fills in S.
+// Clears a column and writes S to the rows and columns of boundary nodes.
 void begin_column(const GroupLayout& layout, const float* exterior, uint32_t column, float* matrix) {
   const size_t stride = layout.stride;
   float* to = matrix + column * stride;
@@ -42,7 +42,7 @@ void finish_assembly(const TangentSource& source, float shift, float* matrix) {
   for (uint32_t i = 0; i < layout.unknowns && shift > 0; ++i) matrix[i * stride + i] *= 1 + shift;
 }
 
-// The next sensitivities.
+// Computes the next kRowsAtOnce sensitivities, X L^-1.
 void substitute_rows(const TangentSource& source, const float* matrix, double* rows, TangentMaker& maker) {
   const GroupLayout& layout = source.layout;
   double* to = rows + size_t{maker.substituted} * layout.unknowns;
@@ -71,7 +71,7 @@ Progress advance_tangent(const TangentSource& source, uint64_t operations, float
                          TangentMaker& maker, uint64_t& spent) {
   const GroupLayout& layout = source.layout;
   const uint32_t columns = round_to_columns(layout.size);
-  for (; spent < operations && maker.columns < columns; spent += kOfEntry * layout.size)
+  for (; spent < operations && maker.columns < columns; spent += kOperationsPerEntry * layout.size)
     begin_column(layout, source.exterior, maker.columns++, matrix);
   while (spent < operations && maker.parts < source.num_parts)
     spent += source.add_part(source.elements, maker.parts++, matrix);

@@ -1,13 +1,14 @@
-// Makes the tangent of a group, in slices: assembly, elimination, and the sensitivities to the contact axes.
+// Makes the tangent of a group in slices: assembly, elimination, and the sensitivities to the contact axes.
 //
-// A patch moves as one, so a contact is three unknowns, or six where patches turn: dw moves a node by dw x a, a its arm.
-// The contacts c stand behind the unknowns u of interior and boundary:
+// A rigid patch has three displacement axes, and three rotations if patches turn: dw moves a node with arm a
+// by dw x a. The contact axes c follow the unknowns u of interior and boundary nodes:
 //
 //   [ K_uu   .   ]        [ L         .       ]
 //   [ K_cu  K_cc ]  ->    [ X   K_cc - X X^T  ]    after elimination of u
 //
-// K is the stiffness of the group's elements and the block S of the exterior. K_cc - X X^T is the stiffness that a tool
-// feels, and -X L^-1 says how u follows the contacts. Where K_uu is not positive definite, its diagonal is raised.
+// K is the stiffness of the group's elements and of the exterior, S. K_cc - X X^T is the stiffness that a
+// tool feels. The sensitivities are X L^-1 = K_cu K_uu^-1 = - (du/dc)^T. advance_tangent() raises the
+// diagonal of a K_uu that is not positive definite.
 #pragma once
 
 #include "runtime/src/base/progress.hpp"
@@ -17,29 +18,30 @@
 namespace palpate {
 
 struct TangentMaker {
-  uint32_t shift;        // attempts that failed, each with a smaller shift than the next
-  uint32_t columns;      // columns that are cleared and have S
-  uint32_t parts;        // parts of elements that are added
-  bool is_assembled;     // fixed axes, unit pivots and the shift are in their places
-  uint32_t eliminated;   // columns that are eliminated
-  uint32_t substituted;  // sensitivities that are finished
+  uint32_t shift;        // failed attempts; each next attempt raises the diagonal more
+  uint32_t columns;      // columns cleared and filled with S
+  uint32_t parts;        // parts of the elements added
+  bool is_assembled;     // fixed axes are dropped, and unit pivots and the shift are set
+  uint32_t eliminated;   // columns eliminated
+  uint32_t substituted;  // sensitivities computed
 };
 
-// What a tangent is made from.
+// Input of a tangent.
 struct TangentSource {
   const EliminationKernel& kernel;
   const GroupLayout& layout;
   const float* exterior;  // [boundary_stride][boundary_stride] S
-  uint32_t num_parts;     // of elements
-  const void* elements;   // of the functions below
+  uint32_t num_parts;     // parts of the elements
+  const void* elements;   // first argument of the functions below
   // Adds the stiffness of a part of the elements to the matrix. Returns multiply-adds.
   uint64_t (*add_part)(const void* elements, uint32_t part, float* matrix);
-  // Axes along which an interior or boundary node, by number, can move: bits 0 to 2.
+  // Returns the axes, bits 0 to 2, along which a node can move. `node`: number among the group's nodes.
   uint32_t (*moving_axes)(const void* elements, uint32_t node);
 };
 
-// Goes on for about so many multiply-adds in all. `matrix`: [size rounded to columns][stride]; `rows`: [num_axes][unknowns].
-// Fails where K_uu is not positive definite with any shift, or the stiffness of the contacts is not finite.
+// Works until `spent` reaches `operations` multiply-adds. matrix[size rounded to columns][stride];
+// rows[num_axes][unknowns]: sensitivities. Fails if K_uu with every shift is not positive definite, or if
+// K_cc - X X^T is not finite.
 Progress advance_tangent(const TangentSource& source, uint64_t operations, float* matrix, double* rows,
                          TangentMaker& maker, uint64_t& spent);
 

@@ -11,25 +11,25 @@
 namespace palpate {
 namespace {
 
-constexpr double kFarthest = 1e4;  // displacement of any node, in units of the scene's largest
+constexpr double kFarthest = 1e4;  // limit of a node's displacement over the scene's largest displacement
 
-const double* at_rest(const ZoneFrame& frame, uint32_t place) {
+const double* rest_displacement(const ZoneFrame& frame, uint32_t place) {
   return node_at(frame.pack, frame.set, place).displacement;
 }
 
-// w_B, [boundary_stride], of displacements of the set's nodes.
+// boundary, [boundary_stride], := w_B of the given displacements of the set's nodes.
 void find_boundary(const ZoneFrame& frame, const ZoneGroup& group, const double* displacement,
-                   double* moved) {
-  memset(moved, 0, group.boundary_stride * sizeof *moved);
+                   double* boundary) {
+  memset(boundary, 0, group.boundary_stride * sizeof *boundary);
   for (uint32_t b = 0; b < group.num_boundary; ++b) {
     const uint32_t place = first_boundary(group) + b;
-    const double* rest = at_rest(frame, place);
+    const double* rest = rest_displacement(frame, place);
     for (uint32_t axis = 0; axis < 3; ++axis)
-      moved[3 * b + axis] = displacement[3 * place + axis] - rest[axis];
+      boundary[3 * b + axis] = displacement[3 * place + axis] - rest[axis];
   }
 }
 
-// d, the change of the axes since the last delivery.
+// change := d.
 void find_change_since(const ZoneSet& set, double* change) {
   find_axes_change(set.num_contacts, set.num_axes, set.correction.followed_then, set.followed, change);
 }
@@ -42,7 +42,7 @@ bool evaluate_group(ZoneFrame& frame, ZoneGroup& group) {
   const double limit = kFarthest * frame.pack.max_displacement;
   const uint32_t end = group.first_node + group.num_nodes;
   for (uint32_t place = group.first_node; place < end; ++place) {
-    const double* rest = at_rest(frame, place);
+    const double* rest = rest_displacement(frame, place);
     for (uint32_t axis = 0; axis < 3; ++axis) {
       const uint32_t i = 3 * place + axis;
       if (!(fabs(u[i] - rest[axis]) <= limit)) return false;
@@ -155,7 +155,7 @@ void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
       }
       if (master.turn == kNoUnknown) continue;
       add_cross(master.arm, force, residual + master.turn);
-      // (dw x a) x f = a (f . dw) - (a . f) dw
+      // d torque = (dw x a) x f = (a f^T - (a . f) I) dw, with a the arm and dw a rotation
       double* turning = set.turning[group.contacts[(master.unknown - group.unknowns) / 3]];
       for (uint32_t row = 0; row < 3; ++row) {
         for (uint32_t column = 0; column < 3; ++column) {
@@ -180,7 +180,7 @@ double stored_energy(const ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
   double energy = group.energy + outside_energy(frame, group);
   for (uint32_t place = group.first_node; place < group.first_node + group.num_nodes; ++place) {
-    const double* rest = at_rest(frame, place);
+    const double* rest = rest_displacement(frame, place);
     for (uint32_t axis = 0; axis < 3; ++axis) {
       const uint32_t i = 3 * place + axis;
       energy -= set.rest_force[i] * (set.displacement[i] - rest[axis]);

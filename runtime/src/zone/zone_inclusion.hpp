@@ -1,16 +1,16 @@
-// Tissue whose stiffness is changed while running: an inclusion, in the nonlinear zones that it reaches.
+// An inclusion: a ball in which the stiffness of the tissue changes while running.
 //
-// With W_e what an element stores,
+// The energy W_e of element e becomes
 //
-//   W_e -> s(X_e) W_e,   s(X) = 1 + (stiffness - 1) w(|X - centre|),
+//   W_e -> s(X_e) W_e,   s(X) = 1 + (stiffness - 1) w(|X - centre|).
 //
-// X_e the centre of its corners where the organ rests; w is 1 inside of the ball and 0 outside, a cubic over a mean
-// edge of the surface about the ball's own, so that force and field stay continuous as it moves. All of an element's
-// forces and stiffness scale with it: the volumes that its integration points stand for are what is scaled, and those
-// of volumes that elements share are their sums. Where it rests tissue stays at rest, whatever its weight: what the
-// elements of the changed tissue pull with there is taken out, as that of the others is.
+// X_e: mean of the element's corners at rest. Over one mean surface edge about the ball's surface, w falls
+// from 1 to 0 by a cubic. Force and field are therefore continuous as the ball moves. s scales the volumes of
+// the element's integration points, and thereby forces and stiffness. A volume patch has the sum of the
+// scaled volumes of its elements. Tissue at rest stays at rest: take_inclusion() recomputes the forces at
+// rest, which the residual subtracts.
 //
-// The refining lane gives the elements outside of the zone the same stiffness, in its next delivery.
+// The refining lane scales all elements of the organ likewise (set_organ_stiffness()).
 #pragma once
 
 #include "runtime/src/elements/organ_elements.hpp"
@@ -18,11 +18,11 @@
 
 namespace palpate {
 
-// Gives the elements of the set that answers the stiffness that they are to have, where that has changed, and counts
-// what this adds to the energy that they store where they are. Cost where it has: three evaluations of the elements.
+// Updates the stiffness of the active set's elements after a change of the inclusion, and adds the change of
+// their energy to ZoneState::inclusion_energy. Cost for a changed group: three evaluations of the elements.
 void take_inclusion(const pal_pack& pack, ZoneState& state);
 
-// Gives all elements of the organ the stiffness that an inclusion gives them.
+// Sets the stiffness of all elements of the organ.
 void set_organ_stiffness(const pal_pack& pack, const Inclusion& inclusion, const OrganElements& elements);
 
 }  // namespace palpate

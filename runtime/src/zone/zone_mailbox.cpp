@@ -18,19 +18,19 @@ bool is_in(const ZoneMailbox& mailbox, MailboxState expected) {
   return state.load(std::memory_order_acquire) == static_cast<uint32_t>(expected);
 }
 
-void pass_on(ZoneMailbox& mailbox, MailboxState next) {
+void set_state(ZoneMailbox& mailbox, MailboxState next) {
   std::atomic_ref<uint32_t>(mailbox.state).store(static_cast<uint32_t>(next), std::memory_order_release);
 }
 
-// The largest length by which an axis differs; `then`: null for rest.
-double farthest(const ZoneFrame& frame, const double* now, const double* then) {
+// Returns the largest difference of an axis, a length. `then`: null for rest.
+double largest_axis_change(const ZoneFrame& frame, const double* now, const double* then) {
   double largest = 0;
   for (uint32_t i = 0; i < frame.set.num_axes; ++i)
     largest = std::max(largest, length_of(frame, i, now[i] - (then != nullptr ? then[i] : 0)));
   return largest;
 }
 
-// The exterior's energy where the zones are. `energies`: the part of each group.
+// Returns the exterior's energy E at the current state. `energies`: [groups] outside_energy().
 double find_energies(ZoneFrame& frame, double* energies) {
   double sum = frame.set.correction.energy + coupled_energy(frame);
   for (uint32_t g = 0; g < frame.set.num_groups; ++g) {
@@ -41,14 +41,14 @@ double find_energies(ZoneFrame& frame, double* energies) {
   return sum;
 }
 
-// Makes a change of the correction and counts the energy that it brings.
+// Changes the correction, and adds the resulting change of energy to ZoneState::corrected_energy.
 template <typename Change>
 void change_correction(const pal_pack& pack, ZoneState& state, Change&& change) {
   ZoneSet& set = state.active;
   ZoneFrame frame = frame_of(pack, state);
   double before[kMostZoneContacts] = {};
   double after[kMostZoneContacts] = {};
-  // After a frame's last step they may not be where they were evaluated.
+  // A last step is not evaluated, so S w_B may be from before the step.
   for (uint32_t g = 0; g < set.num_groups; ++g) find_exterior_force(frame, set.groups[g]);
   const double sum = find_energies(frame, before);
   const uint64_t tangent = set.correction.tangent;
@@ -68,12 +68,13 @@ void change_correction(const pal_pack& pack, ZoneState& state, Change&& change) 
   for (uint32_t g = 0; g < set.num_groups; ++g) set.groups[g].stored_in_balance += after[g] - before[g];
 }
 
-// Whether the contacts of the set are nearer to rest, where c = 0 is right, than to these places.
-bool is_nearer_to_rest(const ZoneFrame& frame, const double* places) {
-  return farthest(frame, frame.set.followed, places) > farthest(frame, frame.set.followed, nullptr);
+// Whether the contacts are nearer to rest, where c = 0 is exact, than to other axes, [num_axes].
+bool is_nearer_to_rest(const ZoneFrame& frame, const double* axes) {
+  return largest_axis_change(frame, frame.set.followed, axes) >
+         largest_axis_change(frame, frame.set.followed, nullptr);
 }
 
-// Back to first order where the correction is from far away, or the lane finds no way on.
+// Drops the correction if its state is farther away than rest, or after kMostFailures failed iterations.
 void drop_if_useless(const pal_pack& pack, ZoneState& state) {
   ZoneSet& set = state.active;
   ZoneCorrection& correction = set.correction;
@@ -85,7 +86,7 @@ void drop_if_useless(const pal_pack& pack, ZoneState& state) {
   state.has_jumped = true;
 }
 
-// Takes S of the delivery, if it has another one.
+// Makes the set use S of the delivery.
 void take_exterior(ZoneDelivery& delivery, ZoneState& state) {
   ZoneCorrection& correction = state.active.correction;
   if (delivery.tangent == correction.tangent) return;
@@ -98,7 +99,7 @@ Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
   ZoneSet& set = state.active;
   if (!is_in(mailbox, MailboxState::delivered) || mailbox.request.kind != ZoneRequest::Kind::iterate)
     return Taken::none;
-  pass_on(mailbox, MailboxState::idle);
+  set_state(mailbox, MailboxState::idle);
   const ZoneRequest& request = mailbox.request;
   ZoneDelivery& delivery = mailbox.delivery;
   ZoneCorrection& correction = set.correction;
@@ -126,7 +127,7 @@ Taken read_delivery(const pal_pack& pack, ZoneMailbox& mailbox, ZoneState& state
   return Taken::taken;
 }
 
-// Leaves where the active set has got to.
+// Writes the state of the active set to the request, and chooses an unused field for the delivery.
 void fill_request(uint32_t used, const ZoneState& state, ZoneMailbox& mailbox) {
   const ZoneSet& set = state.active;
   const ZoneCorrection& correction = set.correction;
@@ -175,7 +176,7 @@ bool is_idle(const ZoneMailbox& mailbox) {
 bool take_prepared(ZoneMailbox& mailbox) {
   if (!is_in(mailbox, MailboxState::delivered) || mailbox.request.kind != ZoneRequest::Kind::prepare)
     return false;
-  pass_on(mailbox, MailboxState::idle);
+  set_state(mailbox, MailboxState::idle);
   return true;
 }
 
@@ -213,20 +214,20 @@ void request_iteration(const pal_pack& pack, uint32_t used, ZoneState& state, Zo
   const ZoneCorrection& correction = set.correction;
   if (!is_idle(mailbox) || !set.sound) return;
   const ZoneFrame frame = frame_of(pack, state);
-  const double size = farthest(frame, set.followed, nullptr);
+  const double size = largest_axis_change(frame, set.followed, nullptr);
   if (correction.is_refined && correction.change <= kConverged * size &&
-      farthest(frame, set.followed, correction.followed_then) == 0)
+      largest_axis_change(frame, set.followed, correction.followed_then) == 0)
     return;
   mailbox.request.kind = ZoneRequest::Kind::iterate;
   fill_request(used, state, mailbox);
-  pass_on(mailbox, MailboxState::requested);
+  set_state(mailbox, MailboxState::requested);
 }
 
 void request_set(uint32_t used, ZoneState& state, ZoneMailbox& mailbox) {
   mailbox.request.kind = ZoneRequest::Kind::prepare;
   fill_request(used, state, mailbox);
   mailbox.request.next_set = ++mailbox.num_sets;
-  pass_on(mailbox, MailboxState::requested);
+  set_state(mailbox, MailboxState::requested);
 }
 
 }  // namespace palpate

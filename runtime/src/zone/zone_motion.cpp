@@ -11,26 +11,26 @@
 namespace palpate {
 namespace {
 
-constexpr double kMostTrend = 2;  // limit of |s|: beyond it the last frame predicts little
+constexpr double kMostTrend = 2;  // limit of |s|, because the last frame predicts little of a longer step
 
 double norm(const double v[3]) {
   return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-// Bounds how far the patch moves with the shift w of the point that it turns about: |(1 - R) w| <= angle |w|.
+// Returns a bound of the patch's motion as the rotation's centre shifts by w: |(1 - R) w| <= angle |w|.
 double length_of_shift(const ZoneSet& set, uint32_t contact) {
-  double way[3];
-  for (int i = 0; i < 3; ++i) way[i] = set.places[contact][i] - set.points[contact][i];
-  return norm(way) * norm(set.followed + 3 * (set.num_contacts + contact));
+  double w[3];
+  for (int i = 0; i < 3; ++i) w[i] = set.places[contact][i] - set.points[contact][i];
+  return norm(w) * norm(set.followed + 3 * (set.num_contacts + contact));
 }
 
-bool turns(const ZoneGroup& group) {
+bool patches_turn(const ZoneGroup& group) {
   return group.num_axes > 3 * group.num_contacts;
 }
 
-// Whether the tangent explains most of Du. Other groups, an inclusion's change or an earlier residual cause the rest.
+// Whether the tangent explains most of Du. Other groups, inclusions and earlier residuals cause the rest.
 bool tangent_explains_trend(const ZoneFrame& frame, const ZoneGroup& group) {
-  constexpr double kMostElse = 0.5;
+  constexpr double kMostUnexplained = 0.5;
   double* expected = frame.work.vector;
   memset(expected, 0, group.unknowns * sizeof *expected);
   for (uint32_t axis = 0; axis < group.num_axes; ++axis) {
@@ -38,12 +38,12 @@ bool tangent_explains_trend(const ZoneFrame& frame, const ZoneGroup& group) {
     for (uint32_t i = 0; i < group.unknowns; ++i) expected[i] -= row[i] * group.trend.axes[axis];
   }
   double largest = 0;
-  double largest_else = 0;
+  double largest_unexplained = 0;
   for (uint32_t i = 0; i < num_moving(group); ++i) {
     largest = std::max(largest, fabs(expected[i]));
-    largest_else = std::max(largest_else, fabs(group.trend.unknowns[i] - expected[i]));
+    largest_unexplained = std::max(largest_unexplained, fabs(group.trend.unknowns[i] - expected[i]));
   }
-  return largest_else <= kMostElse * largest;
+  return largest_unexplained <= kMostUnexplained * largest;
 }
 
 // Returns s, or zero where there is no trend or tangent, or where contacts stood still.
@@ -77,7 +77,7 @@ void plan_step(const ZoneFrame& frame, const ZoneGroup& group, const double* wan
   memcpy(step.before, set.followed, set.num_axes * sizeof *step.before);
   memcpy(step.points, set.points, set.num_contacts * sizeof *step.points);
   double shift = 0;
-  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot)
+  for (uint32_t slot = 0; slot < group.num_contacts && patches_turn(group); ++slot)
     shift = std::max(shift, length_of_shift(set, group.contacts[slot]));
   const double* balanced = set.balanced.followed;
   double from_equilibrium = shift;
@@ -106,7 +106,7 @@ bool try_step(ZoneFrame& frame, ZoneGroup& group, const Step& step) {
     const uint32_t at = contact_axis(set, group, i);
     set.followed[at] = step.before[at] + step.part * (step.goal[at] - step.before[at]);
   }
-  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot) {
+  for (uint32_t slot = 0; slot < group.num_contacts && patches_turn(group); ++slot) {
     const uint32_t contact = group.contacts[slot];
     for (uint32_t axis = 0; axis < 3; ++axis) {
       const double before = step.points[contact][axis];
@@ -129,7 +129,7 @@ void undo_step(ZoneFrame& frame, ZoneGroup& group, const Step& step) {
   restore_group(frame, group);
   memcpy(set.followed, step.before, set.num_axes * sizeof *step.before);
   memcpy(set.points, step.points, set.num_contacts * sizeof *step.points);
-  if (turns(group)) place_held(frame, group);  // restores ZoneMaster::arm
+  if (patches_turn(group)) place_held(frame, group);  // restores ZoneMaster::arm
 }
 
 }  // namespace
@@ -140,7 +140,7 @@ void find_change(const ZoneSet& set, const ZoneGroup& group, const double* from,
     const uint32_t at = contact_axis(set, group, i);
     change[i] = to[at] - from[at];
   }
-  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot) {
+  for (uint32_t slot = 0; slot < group.num_contacts && patches_turn(group); ++slot) {
     const uint32_t at = 3 * (set.num_contacts + group.contacts[slot]);
     find_turn_change(from + at, to + at, change + 3 * (group.num_contacts + slot));
   }
@@ -150,7 +150,7 @@ void place_held(ZoneFrame& frame, const ZoneGroup& group) {
   ZoneSet& set = frame.set;
   const uint32_t first = first_boundary(group) + group.num_boundary;
   Rotation rotations[kMostZoneContacts];
-  for (uint32_t slot = 0; slot < group.num_contacts && turns(group); ++slot)
+  for (uint32_t slot = 0; slot < group.num_contacts && patches_turn(group); ++slot)
     rotations[slot] = patch_rotation(set, group.contacts[slot]);
   for (uint32_t i = first; i < first + group.num_held; ++i) {
     double* to = set.displacement + size_t{3} * i;
@@ -219,7 +219,7 @@ void move_contacts(ZoneFrame& frame, ZoneGroup& group, const double* wanted) {
     follow_pressures(group.batches, frame.work.saved, frame.set.displacement, 0);
     count_move(group, step.part * step.length);
   } else {
-    evaluate_group(frame, group);  // the forces of the group where it stays
+    evaluate_group(frame, group);  // computes the forces of the unmoved group
   }
   if (!is_taken || step.within_limit * step.part < 1) frame.flags |= PAL_FLAG_UNCONVERGED;
   for (uint32_t i = 0; i < group.num_axes; ++i)

@@ -11,12 +11,12 @@
 namespace palpate {
 namespace {
 
-ZonePlace place_now(const ZoneSet& set) {
+SetState current_state(const ZoneSet& set) {
   return {set.displacement, set.followed, set.force, set.points, set.stiffness};
 }
 
-// Of a group.
-void copy_place(const ZoneSet& set, const ZoneGroup& group, const ZonePlace& from, const ZonePlace& to) {
+// Copies the state of a group between two sets of arrays.
+void copy_group_state(const ZoneSet& set, const ZoneGroup& group, const SetState& from, const SetState& to) {
   const size_t first = size_t{3} * group.first_node;
   memcpy(to.displacement + first, from.displacement + first,
          size_t{3} * group.num_nodes * sizeof *to.displacement);
@@ -41,15 +41,15 @@ ZoneRoom zone_room(const pal_pack& pack, uint32_t max_contacts, uint32_t max_fix
   room.contacts = std::min(max_contacts, kMostZoneContacts);
   room.fixed = std::min(max_fixed, kMostZoneFixed);
   room.rings = rings;
-  const auto times = [&](uint32_t of_site, uint32_t all) {
+  const auto of_contacts = [&](uint32_t of_site, uint32_t all) {
     return static_cast<uint32_t>(std::min<uint64_t>(uint64_t{of_site} * room.contacts, all));
   };
-  room.nodes = times(pack.most_zone_nodes, pack.num_zone_nodes) + room.fixed;
-  room.elements = times(pack.most_zone_elements, pack.num_zone_elements);
+  room.nodes = of_contacts(pack.most_zone_nodes, pack.num_zone_nodes) + room.fixed;
+  room.elements = of_contacts(pack.most_zone_elements, pack.num_zone_elements);
   room.quadratic = std::min(room.elements, pack.organ.num_quadratic);
-  room.boundary = times(pack.most_zone_boundary, pack.num_zone_nodes) + room.fixed;
+  room.boundary = of_contacts(pack.most_zone_boundary, pack.num_zone_nodes) + room.fixed;
   room.masters = room.contacts * pack.max_patch_nodes;
-  // Groups round the sizes of their arrays up.
+  // Each group rounds its sizes up to kSymmetricRows, kEliminationColumns and kEliminationRows.
   const size_t stride = symmetric_stride(3 * room.boundary + kSymmetricRows * room.contacts);
   room.exterior = stride * stride;
   const uint32_t axes = room.axes_per_contact * room.contacts;
@@ -204,8 +204,8 @@ void find_axes_change(uint32_t num_contacts, uint32_t num_axes, const double* fr
 
 namespace {
 
-// The group goes elsewhere. A tangent that the lane makes at present is not of that place.
-void leave_tangent(ZoneGroup& group) {
+// Drops the tangent. The infinite length outdates a tangent that the refining lane is making at this time.
+void drop_tangent(ZoneGroup& group) {
   group.has_tangent = false;
   group.trend.is_good = false;
   group.tangent.moved_since = static_cast<double>(INFINITY);
@@ -214,7 +214,7 @@ void leave_tangent(ZoneGroup& group) {
 }  // namespace
 
 void keep_balance(ZoneSet& set, ZoneGroup& group) {
-  copy_place(set, group, place_now(set), set.balanced);
+  copy_group_state(set, group, current_state(set), set.balanced);
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
     group.batches.patches[p].balanced = group.batches.patches[p].followed;
   memcpy(group.exterior.coupled_in_balance, group.exterior.coupled,
@@ -224,11 +224,11 @@ void keep_balance(ZoneSet& set, ZoneGroup& group) {
 }
 
 void go_back_to_balance(ZoneSet& set, ZoneGroup& group) {
-  copy_place(set, group, set.balanced, place_now(set));
+  copy_group_state(set, group, set.balanced, current_state(set));
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
     group.batches.patches[p].followed = group.batches.patches[p].balanced;
   group.stored = group.stored_in_balance;
-  leave_tangent(group);
+  drop_tangent(group);
   group.setbacks.is_back = true;
 }
 
@@ -238,7 +238,7 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
     set.followed[at] = set.wanted[at] = set.force[at] = set.coupled_force[at] = 0;
-    memset(set.stiffness[at], 0, sizeof *set.stiffness);  // until there is a tangent
+    memset(set.stiffness[at], 0, sizeof *set.stiffness);  // unknown without a tangent
   }
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot)
     memset(set.turning[group.contacts[slot]], 0, sizeof *set.turning);
@@ -246,9 +246,9 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
     group.batches.patches[p].followed = group.batches.patches[p].at_rest;
   drop_correction(set);
   group.stored = 0;
-  leave_tangent(group);
+  drop_tangent(group);
   group.setbacks.is_back = true;
-  group.setbacks.failures = group.setbacks.astray = group.setbacks.late = group.setbacks.jammed = 0;
+  group.setbacks.failures = group.setbacks.stalled = group.setbacks.nearer_rest = group.setbacks.jammed = 0;
   group.setbacks.longest_step = kLongestStep;
   keep_balance(set, group);
 }

@@ -10,15 +10,15 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kMostAstray = 4;    // solves in a row
-constexpr uint32_t kMostJammed = 4;    // solves in a row: the next ones do the same
-constexpr uint32_t kMostFailures = 8;  // since it was in balance: it begins anew at rest
-constexpr uint32_t kMostLate = 50;     // solves in a row; at half an edge each the way to rest takes some ten
+// More of these lead to a setback (ZoneSetbacks):
+constexpr uint32_t kMostStalled = 4;      // solves in a row
+constexpr uint32_t kMostJammed = 4;       // solves in a row; a further solve would repeat the jam
+constexpr uint32_t kMostFailures = 8;     // setbacks to the balance
+constexpr uint32_t kMostNearerRest = 50;  // solves in a row; rest is some ten steps of half an edge away
 
-// Whether a node is much farther from rest than any contact has a right to move it, where the linear organ outside says
-// nothing any more.
+// Whether a node is much farther from rest than any contact, where the linearised exterior is meaningless.
 bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, double size) {
-  constexpr double kFarthest = 4;  // of the largest displacement of a contact, and a mean edge
+  constexpr double kFarthest = 4;  // over the sum of the contacts' largest displacement and a mean edge
   const double farthest = kFarthest * (size + frame.pack.mean_surface_edge);
   for (uint32_t i = 0; i < num_moving(group); ++i) {
     const uint32_t at = 3 * group.first_node + i;
@@ -28,7 +28,7 @@ bool is_lost(const ZoneFrame& frame, const ZoneGroup& group, double size) {
   return false;
 }
 
-// E' - E without the work of the other groups, by the trapezoidal rule.
+// Returns E' - E less the work of the other groups, which the trapezoidal rule gives (is_unexplained()).
 double find_gain(const ZoneFrame& frame, const ZoneGroup& group) {
   const ZoneSet& set = frame.set;
   double gain = group.stored - group.stored_in_balance;
@@ -41,69 +41,68 @@ double find_gain(const ZoneFrame& frame, const ZoneGroup& group) {
   return gain;
 }
 
-// Whether a group has converged to an equilibrium that its contacts did not lead to. Crushed tissue has other equilibria
-// near, and Newton may find one at the end of a long step. From one equilibrium to the next the contacts do the work
+// Whether a group has converged to a wrong equilibrium. Crushed tissue has several equilibria close together,
+// and a long step may miss the right equilibrium. The contacts' work from one equilibrium to the next is
 //
-//   W = sum over their axes of (F + F') / 2 . (d' - d)   =   E' - E,   to second order in d' - d
+//   W = sum over their axes of (F + F') / 2 . (d' - d)   =   E' - E,   to second order in d' - d.
 //
-// E holds q . w with the forces q of the other groups. Where they change to q', they do the work (w + w') / 2 . (q' - q),
-// which find_gain() takes off.
-// On crushed blocks |E' - E - W| was up to 5 % of W in most steps that led right, up to 30 % where forces rose several
-// times, and 8 to 150 % in steps that led wrong. The group repeats a step in shorter ones where
+// E contains q . w with the forces q of the other groups. A change to q' adds (w + w') / 2 . (q' - q), which
+// find_gain() subtracts. The group is off its path if
 //
-//   (E' - E - W)^2 > kMost^2 ((E' - E)^2 + W^2 + kOfTerms^2 (sum of the squares of the terms of W))
+//   (E' - E - W)^2 > kMost^2 ((E' - E)^2 + W^2 + kTermWeight^2 (sum of the squares of the terms of W)).
 //
-// A difference that stays in short steps is how the tissue moves. A group without an earlier equilibrium is not judged.
+// A short step passes, because a difference that persists in short steps belongs to the tissue.
 bool is_unexplained(const ZoneFrame& frame, const ZoneGroup& group) {
   constexpr double kMost = 0.05;
-  constexpr double kOfTerms = 0.1;     // which may cancel
-  constexpr double kShort = 1.0 / 32;  // mean edges of the surface
+  constexpr double kTermWeight = 0.1;  // the terms of W may cancel
+  constexpr double kShort = 1.0 / 32;  // longest short step, mean surface edges
   const ZoneSet& set = frame.set;
   if (group.num_contacts == 1 || !group.has_balance) return false;
   double change[kMostZoneAxes];
   find_change(set, group, set.balanced.followed, set.followed, change);
   const double gained = find_gain(frame, group);
   double work = 0;
-  double terms = 0;  // squared
-  double way = 0;    // squared
+  double square_terms = 0;
+  double square_distance = 0;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(set, group, i);
     const double length = length_of(frame, at, change[i]);
     const double term = 0.5 * (set.force[at] + set.balanced.force[at]) * change[i];
     work += term;
-    terms += term * term;
-    way += length * length;
+    square_terms += term * term;
+    square_distance += length * length;
   }
   const double shortest = kShort * frame.pack.mean_surface_edge;
-  return way > shortest * shortest &&
+  return square_distance > shortest * shortest &&
          (gained - work) * (gained - work) >
-             kMost * kMost * (gained * gained + work * work + kOfTerms * kOfTerms * terms);
+             kMost * kMost * (gained * gained + work * work + kTermWeight * kTermWeight * square_terms);
 }
 
-// How far the straight way from rest to where contacts are to be passes by where they were to be when it gave up last.
-double distance_from_given_up(const ZoneFrame& frame, const double* wanted, const ZoneGroup& group) {
+// Returns the distance, a length, of ZoneSetbacks::jammed_goal from the straight path between rest and goal.
+double distance_from_jammed_goal(const ZoneFrame& frame, const double* wanted, const ZoneGroup& group) {
   double along = 0;
   double square = 0;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(frame.set, group, i);
     const double unit = length_of(frame, at, 1);
-    along += unit * wanted[at] * unit * group.setbacks.given_up[i];
+    along += unit * wanted[at] * unit * group.setbacks.jammed_goal[i];
     square += unit * wanted[at] * unit * wanted[at];
   }
   const double nearest = square > 0 ? std::max(0.0, std::min(1.0, along / square)) : 0;
   double distance = 0;
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     const uint32_t at = contact_axis(frame.set, group, i);
-    distance = std::max(distance, length_of(frame, at, nearest * wanted[at] - group.setbacks.given_up[i]));
+    distance = std::max(distance, length_of(frame, at, nearest * wanted[at] - group.setbacks.jammed_goal[i]));
   }
   return distance;
 }
 
-// Whether it is to begin anew at rest: its contacts are jammed; or it has looked for longer than any way takes for one to
-// where they are nearer to rest than to where it is, as from beyond a fold there may be none that Newton finds. What jams
-// on the way from rest, too, stays so until that way is another, each time by twice as much.
-bool begins_anew(const ZoneFrame& frame, const double* wanted, bool is_done, ZoneGroup& group) {
-  constexpr double kElsewhere = 0.125;  // mean edges of the surface
+// Updates `nearer_rest` and `retry_distance`. Returns whether the group must restart at rest, in two cases:
+// - The goal has been nearer to rest for longer than any path takes. Past a fold Newton may find no path.
+// - The contacts are jammed. If the path from rest jams too, the next restart needs a path at least
+//   `retry_distance` away, a length that doubles with each restart.
+bool must_restart_at_rest(const ZoneFrame& frame, const double* wanted, bool is_done, ZoneGroup& group) {
+  constexpr double kFirstRetryDistance = 0.125;  // mean surface edges
   const double edge = frame.pack.mean_surface_edge;
   double from_here = 0;
   double from_rest = 0;
@@ -112,14 +111,14 @@ bool begins_anew(const ZoneFrame& frame, const double* wanted, bool is_done, Zon
     from_here = std::max(from_here, length_of(frame, at, wanted[at] - frame.set.followed[at]));
     from_rest = std::max(from_rest, length_of(frame, at, wanted[at]));
   }
-  if (is_done && from_here <= kStill * edge) group.setbacks.elsewhere = 0;
-  group.setbacks.late = from_here > from_rest ? group.setbacks.late + 1 : 0;
+  if (is_done && from_here <= kStill * edge) group.setbacks.retry_distance = 0;
+  group.setbacks.nearer_rest = from_here > from_rest ? group.setbacks.nearer_rest + 1 : 0;
   if (group.setbacks.jammed <= kMostJammed ||
-      distance_from_given_up(frame, wanted, group) < group.setbacks.elsewhere)
-    return group.setbacks.late > kMostLate;
+      distance_from_jammed_goal(frame, wanted, group) < group.setbacks.retry_distance)
+    return group.setbacks.nearer_rest > kMostNearerRest;
   for (uint32_t i = 0; i < group.num_axes; ++i)
-    group.setbacks.given_up[i] = wanted[contact_axis(frame.set, group, i)];
-  group.setbacks.elsewhere = std::max(kElsewhere * edge, 2 * group.setbacks.elsewhere);
+    group.setbacks.jammed_goal[i] = wanted[contact_axis(frame.set, group, i)];
+  group.setbacks.retry_distance = std::max(kFirstRetryDistance * edge, 2 * group.setbacks.retry_distance);
   return true;
 }
 
@@ -127,9 +126,9 @@ bool begins_anew(const ZoneFrame& frame, const double* wanted, bool is_done, Zon
 
 Setback find_setback(const ZoneFrame& frame, const double* wanted, double size, bool failed, bool done,
                      ZoneGroup& group) {
-  if (begins_anew(frame, wanted, done, group)) return Setback::to_rest;
+  if (must_restart_at_rest(frame, wanted, done, group)) return Setback::to_rest;
   const bool is_stuck = failed || (done && is_unexplained(frame, group)) ||
-                        group.setbacks.astray > kMostAstray ||
+                        group.setbacks.stalled > kMostStalled ||
                         (frame.flags != frame.set.flags && is_lost(frame, group, size));
   if (!is_stuck) return Setback::none;
   return ++group.setbacks.failures > kMostFailures ? Setback::to_rest : Setback::to_balance;
@@ -142,7 +141,7 @@ void go_back(ZoneFrame& frame, Setback setback, ZoneGroup& group) {
     rest_group(frame.pack, frame.set, group);
   } else {
     group.setbacks.longest_step = std::max(kShortestStep, kShorter * group.setbacks.longest_step);
-    group.setbacks.astray = 0;
+    group.setbacks.stalled = 0;
     go_back_to_balance(frame.set, group);
   }
   place_held(frame, group);

@@ -1,5 +1,5 @@
-// What becomes of a group where Newton does not lead to the balance that its contacts lead to: when it goes back, and where
-// to.
+// A setback rejects a solve that fails or converges to a wrong equilibrium. The group returns to its balance,
+// the last equilibrium, or to rest.
 #pragma once
 
 #include "runtime/src/zone/zone_balance.hpp"
@@ -8,12 +8,12 @@ namespace palpate {
 
 enum class Setback { none, to_balance, to_rest };
 
-// After a solve, which it counts. `wanted`: where the contacts are to be, by axis; `size`: the largest displacement of a
-// contact, length unit; `failed`: there was no way on; `done`: the group is in balance.
+// Judges a solve and updates ZoneGroup::setbacks. wanted[axes of the set]: goal of the contacts. `size`: the
+// contacts' largest displacement, length unit. `failed`: Newton found no step. `done`: the solve converged.
 Setback find_setback(const ZoneFrame& frame, const double* wanted, double size, bool failed, bool done,
                      ZoneGroup& group);
 
-// Not Setback::none. From its last balance the contacts follow in shorter steps, or anew from rest.
+// Returns the group to its balance and shortens its steps, or returns the group to rest.
 void go_back(ZoneFrame& frame, Setback setback, ZoneGroup& group);
 
 }  // namespace palpate

@@ -12,9 +12,9 @@
 namespace palpate {
 namespace {
 
-constexpr double kLargestForce = 1e60;  // model units: far from where the caller's would overflow
+constexpr double kLargestForce = 1e60;  // model units; leaves room for a conversion to the caller's units
 
-// The elements of a group, as one part.
+// TangentSource::elements of a group, in one part.
 struct GroupElements {
   const ZoneFrame& frame;
   const ZoneGroup& group;
@@ -32,13 +32,12 @@ uint32_t moving_axes_of(const void* elements, uint32_t node) {
   return moving_axes(frame.pack, frame.set, group.first_node + node);
 }
 
-// Takes the contacts' stiffness from the tangent, which is in its place.
+// Copies the stiffness of the contacts from the group's new tangent to the set.
 void take_tangent(Tangent made, ZoneSet& set, ZoneGroup& group) {
   group.has_tangent = made != Tangent::none;
   group.tangent.is_shifted = made == Tangent::shifted;
-  group.tangent.left = 0;
-  // A matrix with a raised diagonal is not the tissue's: on nearly incompressible tissue a tool would feel 80 times as
-  // much.
+  group.tangent.residual_ratio = 0;
+  // A raised diagonal makes nearly incompressible tissue much too stiff, so an earlier stiffness stays.
   const uint32_t first = contact_axis(set, group, 0);
   if (!group.has_tangent || (group.tangent.is_shifted && set.stiffness[first][first] > 0)) return;
   const float* trailing = group.tangent.factor + size_t{group.unknowns} * group.stride + group.unknowns;
@@ -99,10 +98,10 @@ bool is_outdated(const ZoneFrame& frame, const ZoneGroup& group) {
 }
 
 double contraction(const ZoneFrame& frame, const ZoneGroup& group) {
-  constexpr double kOfShifted = 0.5;
+  constexpr double kShiftedContraction = 0.5;
   const double expected = kStiffening * group.tangent.moved / frame.pack.mean_surface_edge;
-  return std::min(1.0, std::max(group.tangent.is_shifted ? std::max(expected, kOfShifted) : expected,
-                                group.tangent.left));
+  return std::min(1.0, std::max(group.tangent.is_shifted ? std::max(expected, kShiftedContraction) : expected,
+                                group.tangent.residual_ratio));
 }
 
 const double* find_step(ZoneFrame& frame, const ZoneGroup& group) {

@@ -1,52 +1,50 @@
-// The linearisation of a group (tangent_maker.hpp) in the frames that use it.
+// The tangent of a group (tangent_maker.hpp) in the frames that use the tangent.
 //
-// The refining lane makes the tangent of each group where the zone of a request is, and hands it over with the delivery
-// (group_tangents.hpp). Frames keep it until the next delivery: a modified Newton method. A step leaves of an error the
-// part by which the stiffness has changed since. A frame makes a tangent itself only where there is none, where that part
-// is too large, or where no delivery has come for PAL_ZONE_STIFFNESS_FRAMES frames.
+// The refining lane makes each group's tangent at the state of a request (group_tangents.hpp). Frames keep
+// the tangent until the next delivery: a modified Newton method. A step multiplies an error by about the
+// relative change of the stiffness since the tangent's state. A frame makes a tangent itself if the group
+// has none, if a step reduces errors too little, or after PAL_ZONE_STIFFNESS_FRAMES frames.
 //
-// r_c - X L^-1 r_u is the force on a contact once u is corrected to first order. ZoneSet::turning is the part of
-// d torque / dw by which the nodes' forces act on arms that turn.
+// r: residual on unknowns u and contact axes c. A Newton step makes the contact forces r_c - X L^-1 r_u.
 #pragma once
 
 #include "runtime/src/zone/zone_balance.hpp"
 
 namespace palpate {
 
-// What became of the tangent of a group.
+// `shifted`: positive definite only with a raised diagonal.
 enum class Tangent : uint8_t { none, sound, shifted };
 
-// At the displacements that the group has. Returns false where the stiffness is not positive definite even with a raised
-// diagonal: the group then has no tangent. Cost: m^3 / 6 multiply-adds, m = 3 x nodes, and the stiffness of its elements.
+// Makes the tangent at the group's displacements. Returns false if K_uu is not positive definite even with
+// a raised diagonal. Cost: m^3 / 6 multiply-adds, m = 3 x nodes, and the elements' stiffness.
 bool make_tangent(ZoneFrame& frame, ZoneGroup& group);
 
-// Points each group at its tangent. `made`: [num_groups].
+// Makes each group use its tangent in `buffers`, and its contacts' stiffness. `made`: [num_groups].
 void use_tangents(const TangentBuffers& buffers, const Tangent* made, ZoneSet& set);
 
-// A zone that has moved less since the state of its tangent, of the scene's largest displacement, is still there.
+// A zone that has moved less is still at its tangent's state. Unit: the scene's largest displacement.
 inline constexpr double kSamePlace = 1e-6;
 
-// Counts a solve.
+// Counts a solve in ZoneTangent::age and age_since.
 void count_solve(const ZoneFrame& frame, ZoneGroup& group);
 
-// Whether the zone has moved far since the tangent, or has moved and the lane has not handed over another one for long.
+// Whether the zone has moved far from the tangent's state, or left the state many solves ago.
 bool is_outdated(const ZoneFrame& frame, const ZoneGroup& group);
 
-// The stiffness changes by this part where a zone moves by one mean surface edge: elements at a patch are strained by 1.
+// Relative change of the stiffness for a motion by a mean surface edge, which strains elements by about 1.
 inline constexpr double kStiffening = 2;
 
-// Of an error, the part that a step leaves: what is expected of how far the tangent's place is, or what the last step
-// has left of the residual, if that is more. 0 .. 1.
+// Returns the ratio of errors after and before a Newton step, 0 .. 1: the larger of an estimate from
+// ZoneTangent::moved and ZoneTangent::residual_ratio.
 double contraction(const ZoneFrame& frame, const ZoneGroup& group);
 
-// Newton's step K_uu^-1 r_u, [unknowns], of find_residual() before.
+// Returns the Newton step K_uu^-1 r_u, [unknowns]. Call find_residual() first.
 const double* find_step(ZoneFrame& frame, const ZoneGroup& group);
 
-// d unknown / d axis, negative: [unknowns], of the group's axis `index`.
+// Returns - d unknown / d axis, [unknowns], for the group's axis `index`.
 const double* sensitivity(const ZoneGroup& group, uint32_t index);
 
-// Forces and torques of the contacts, of find_residual() before, into the set. They stay as they were where they would
-// not be finite.
+// Writes the forces and torques of the contacts to ZoneSet::force if they are finite, after find_residual().
 void find_forces(ZoneFrame& frame, const ZoneGroup& group);
 
 }  // namespace palpate
