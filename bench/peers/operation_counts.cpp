@@ -93,7 +93,7 @@ std::vector<study::StudyTable> operation_counts_page(const LinearOrgan& brain, c
     while (organ.site_node(site) != node) ++site;
     sites.push_back(site);
   }
-  const double m = organ.assembly.num_equations() / 3;
+  const double m = organ.assembly.num_equations() / 3.0;
   SparseLower lower;
   organ.assembly.tangent(Eigen::VectorXd::Zero(organ.assembly.num_dofs()), false, lower);
   const double nonzeros = 2.0 * static_cast<double>(lower.nonZeros()) - 3 * m;  // of both triangles of K

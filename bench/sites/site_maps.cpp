@@ -1,7 +1,9 @@
-// Measures the error of a sampled site's response transferred to other sites, by the paper's map and by ours:
-// on the brain, against full solves. Keeps solves in DIR/samples.
+// Measures errors of a sampled site's response transferred to other sites, by eq. (25) of Zhong et al. 2005
+// (the paper) and by the maps of affine_site.hpp, against full solves. Keeps solves in DIR/samples.
 //
 //   palpate_study_sites SCENE DIR     writes DIR/moved.md, contacted.md, origin.md, blended.md and their CSVs
+//
+// SCENE is models/brain/brain.toml, because texts of the tables name the brain and 8.24 mm.
 #include <fmt/format.h>
 
 #include <Eigen/LU>
@@ -36,9 +38,9 @@ SitePolynomial orders_of(SitePolynomial polynomial, int first, int last) {
   };
   if (first > 1) {
     polynomial.linear.setZero();
-    const int known = std::min(first - 1, polynomial.degree);
-    polynomial.coefficients.topRows(num_terms(2, known)).setZero();
-    polynomial.energy.head(num_terms(2, known + 1)).setZero();
+    const int last_dropped = std::min(first - 1, polynomial.degree);
+    polynomial.coefficients.topRows(num_terms(2, last_dropped)).setZero();
+    polynomial.energy.head(num_terms(2, last_dropped + 1)).setZero();
   }
   if (last < polynomial.degree) {
     polynomial.coefficients.bottomRows(num_terms(last + 1, polynomial.degree)).setZero();
@@ -47,7 +49,7 @@ SitePolynomial orders_of(SitePolynomial polynomial, int first, int last) {
   return polynomial;
 }
 
-// The organ with sampled sites, and with the series (Taylor polynomial at rest) of each site.
+// Holds the organ with sampled sites, and with the series (Taylor polynomial at rest) of each site.
 class StudiedOrgan {
  public:
   StudiedOrgan(const std::filesystem::path& scene, const std::filesystem::path& samples)
@@ -103,7 +105,7 @@ class StudiedOrgan {
   LocalTable table(const Placement& placement) const { return local_table(loaded_.model, sites_, placement); }
   std::vector<size_t> spread(size_t count) const { return spread_sites(loaded_.model, sites_, count); }
 
-  // Returns the mean |u - d| over the nodes that a tool at the site holds, length unit.
+  // Returns the mean |u - d| over the nodes that a tool at the site holds, in the model's length unit.
   double mean_contacted_error(size_t index, const Eigen::VectorXd& field, const Eigen::Vector3d& d) const {
     double sum = 0;
     for (const int member : site(index).patch)
@@ -149,7 +151,8 @@ std::vector<std::string> row_of(const std::string& name, const std::string& wher
 const std::vector<std::string> kColumns = {"way", "edges away", "pushes",    "median",
                                            "p95", "max",        "force p95", "force max"};
 
-// Tables errors at each site t of the response of the site s whose distance from t is nearest to `edges`.
+// For each distance `edges`, tables errors at each site t of the response of the site s whose distance from t
+// is nearest to `edges`. Exact linear parts and series are those of t.
 StudyTable moved_table(const StudiedOrgan& organ) {
   StudyTable table(
       "moved",
@@ -224,7 +227,8 @@ StudyTable moved_table(const StudiedOrgan& organ) {
   return table;
 }
 
-// Tables errors at unsampled sites t: the linear part is that of t, the remainders come from near sites.
+// Tables errors at sites t that are left out of a spread of `count` sites: the linear part is that of t, the
+// remainders come from near sites.
 StudyTable blended_table(const StudiedOrgan& organ) {
   StudyTable table(
       "blended",
@@ -243,14 +247,16 @@ StudyTable blended_table(const StudiedOrgan& organ) {
           return organ.edges_between(t, one) < organ.edges_between(t, other);
         });
         farthest = std::max(farthest, organ.edges_between(t, near.front()));
-        near.resize(std::min(near.size(),
-                             num_blended + (num_blended > 1 ? 1 : 0)));  // the last site ends the support
+        // site_weights() gives the farthest site 0.
+        near.resize(std::min(near.size(), num_blended + (num_blended > 1 ? 1 : 0)));
         std::vector<Eigen::Vector3d> places;
+        places.reserve(near.size());
         for (const size_t s : near) places.push_back(organ.place(s));
         const std::vector<double> weights = num_blended == 1
                                                 ? std::vector<double>{1}
                                                 : site_weights(places, organ.place(t), organ.site(t).inward);
         std::vector<SitePolynomial> remainders;
+        remainders.reserve(near.size());
         for (const size_t s : near) {
           const auto placement = organ.placement(SiteMap::rigid, s, t);
           remainders.push_back(moved_remainder(organ.polynomial(s), *placement, organ.table(*placement)));
@@ -276,7 +282,8 @@ StudyTable blended_table(const StudiedOrgan& organ) {
   return table;
 }
 
-// Tables the measure of section 3.4: the deviation of the nodes that a tool at t holds from the tool's d.
+// Tables the measure of the paper's section 3.4: the deviation of the nodes that a tool at t holds from the
+// tool's d.
 StudyTable contacted_table(const StudiedOrgan& organ) {
   StudyTable table("contacted",
                    "Mean error of the contacted nodes, in mm, of the answer of a site so many edges away; "
@@ -326,7 +333,7 @@ StudyTable origin_table(const StudiedOrgan& organ) {
   StudyTable table(
       "origin",
       "Maps to sites two edges away (within a quarter), the brain moved as a whole; mean error of the "
-      "contacted nodes in mm, pushes to 8.24 mm. Singular: no map, and said so.",
+      "contacted nodes in mm, pushes to 8.24 mm. Singular: pairs for which the map does not exist.",
       {"moved by (mm)", "pairs", "map", "singular", "condition, median", "largest", "mean error"});
   for (const double away : {0.0, 1e2, 1e4, 1e6, 1e9}) {
     const Model model = organ.moved_by(Eigen::Vector3d(0.6, -0.48, 0.64) * away);

@@ -41,7 +41,8 @@ struct ReportArguments {
   bool json = false;
 };
 
-// Lists the scenes that ship with Palpate: bench/speed_error in the nearest parent folder of the program.
+// Lists the scenes that ship with Palpate: bench/speed_error in the nearest folder above the program that has
+// both.
 std::vector<std::filesystem::path> shipped_scenes() {
   std::error_code error;
   std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
@@ -116,7 +117,7 @@ OrganReport report_on_scene(const std::filesystem::path& file, const ReportArgum
   return report;
 }
 
-// Throws where an input lies in the folder of the results, which could replace the input.
+// Throws where an input lies in the folder of the results, because a result could replace the input.
 void check_inputs_lie_elsewhere(const ReportArguments& arguments) {
   for (const std::filesystem::path& input : arguments.organs) {
     std::error_code absent;

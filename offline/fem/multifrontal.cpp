@@ -118,8 +118,8 @@ void Multifrontal<Real>::divide() {
   }
 }
 
-// Tracks the stacks of pending updates: a front pushes its update, then pops the updates of its children.
-// `top` is the use of each stack in entries, `peak` the largest use so far.
+// Tracks the two stacks (even and odd depth) of pending updates: a front pushes its update, then pops the
+// updates of its children. `top` is the use of each stack in entries, `peak` the largest use so far.
 template <typename Real>
 void Multifrontal<Real>::track_stacks(int front, std::array<size_t, 2>& top,
                                       std::array<size_t, 2>& peak) const {
@@ -142,20 +142,20 @@ bool Multifrontal<Real>::factorize(const double* values, Pivots pivots) {
   values_ = values;
   pivots_ = pivots;
   negative_.assign(tree_->permutation().size(), 0);
-  std::atomic<bool> definite = true;
+  std::atomic<bool> succeeded = true;
   parallel_for(threads_, static_cast<int>(branches_.size()), [&](int index, int worker) {
     const int root = branches_[static_cast<size_t>(index)].root;
     Workspace& workspace = workers_[static_cast<size_t>(worker)];
     workspace.top = {0, 0};
-    for (int front = (*tree_)[root].first_within; front <= root && definite; ++front) {
-      if (!eliminate(front, workspace, 1)) definite = false;
+    for (int front = (*tree_)[root].first_within; front <= root && succeeded; ++front) {
+      if (!eliminate(front, workspace, 1)) succeeded = false;
     }
   });
   trunk_workspace_.top = {0, 0};
   for (const int front : trunk_) {
-    if (definite && !eliminate(front, trunk_workspace_, threads_)) definite = false;
+    if (succeeded && !eliminate(front, trunk_workspace_, threads_)) succeeded = false;
   }
-  return definite;
+  return succeeded;
 }
 
 template <typename Real>
@@ -211,7 +211,8 @@ void Multifrontal<Real>::add_children(int index, Real* panel, Real* update, bool
   }
 }
 
-// Forward: w1 = L11^-1 (b + sum over children), w2 = sum over children - L21 w1; w2 goes to the parent.
+// w1 has the values at a front's columns, w2 the values at the rows below. w_c is the children's sum of w2.
+// Forward: w1 = L11^-1 (b + w_c), w2 = w_c - L21 w1, which the parent adds.
 // Backward: w2 = x of the parent, w1 = L11^-T (S w1 - L21^T w2) = x.
 template <typename Real>
 void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {

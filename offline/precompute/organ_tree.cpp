@@ -104,20 +104,21 @@ void copy_fronts(const FrontTree& analysed, OrganTree& tree) {
     entry.first_column = static_cast<std::uint32_t>(front.first_column);
     entry.num_columns = static_cast<std::uint32_t>(front.num_columns);
     entry.first_row = static_cast<std::uint32_t>(tree.rows.size());
-    entry.num_rows = static_cast<std::uint32_t>(front.num_below());
+    entry.num_rows =
+        static_cast<std::uint32_t>(front.num_below());  // without the columns, unlike Front::num_rows
     entry.num_within = static_cast<std::uint32_t>(f - front.first_within + 1);
     entry.parent = front.parent < 0 ? pack::kNoFront : static_cast<std::uint32_t>(front.parent);
     const std::vector<int>& all = rows[static_cast<size_t>(f)];
     tree.rows.insert(tree.rows.end(), all.begin() + front.num_columns, all.end());
     tree.fronts.push_back(entry);
   }
-  for (const int node : analysed.permutation()) tree.order.push_back(static_cast<std::uint32_t>(node));
+  for (const int index : analysed.permutation()) tree.order.push_back(static_cast<std::uint32_t>(index));
 }
 
 // Sorts groups by the front that eliminates the first of their nodes. Groups without free nodes join front 0.
 void list_elements(const Model& model, const std::vector<std::vector<int>>& groups,
                    const std::vector<int>& index_of, OrganTree& tree) {
-  std::vector<size_t> front_of(tree.order.size());  // by node
+  std::vector<size_t> front_of(tree.order.size());  // by index in tree.nodes
   for (size_t f = 0; f < tree.fronts.size(); ++f) {
     for (std::uint32_t c = 0; c < tree.fronts[f].num_columns; ++c)
       front_of[tree.order[tree.fronts[f].first_column + c]] = f;
@@ -169,7 +170,7 @@ OrganTree make_organ_tree(const Model& model, const ContactSites& sites) {
 }
 
 double organ_bytes(const Model& model) {
-  constexpr double kRowsOfNode = 8;  // generous: places below fronts, for each node
+  constexpr double kRowsOfNode = 8;  // generous: entries of OrganTree::rows for each node
   double corners = 0;
   for (const Tetrahedron& element : model.elements) corners += element.num_nodes;
   return sizeof(pack::OrganElement) * static_cast<double>(model.elements.size()) +

@@ -12,8 +12,9 @@ namespace {
 // Solves dF^T dF gamma = dF^T f by a Cholesky factor. A column of dF that depends to rounding on columns
 // of lower index gets gamma = 0.
 void find_weights(const Acceleration& acceleration, const double* f, double* gamma) {
-  constexpr double kDependent =
-      1e-12;  // of a column's square, after subtraction of the columns of lower index
+  // A column is dependent if at most this part of its square remains after subtraction of its projection on
+  // the columns of lower index.
+  constexpr double kDependent = 1e-12;
   const uint32_t count = acceleration.count;
   double factor[kAccelerationDepth][kAccelerationDepth] = {};
   bool is_used[kAccelerationDepth] = {};

@@ -94,15 +94,15 @@ struct Fade {
   double phi, first, second;
 };
 
-Fade fade_behind_surface(double c) {
+Fade fade_outward(double c) {
   constexpr double kWidth = 0.5;
   if (c >= 0.0) return {1.0, 0.0, 0.0};
   if (c <= -kWidth) return {0.0, 0.0, 0.0};
-  const double depth = -c / kWidth;
-  const double left = 1.0 - depth;
-  return {1.0 - depth * depth * depth * (10.0 - 15.0 * depth + 6.0 * depth * depth),
-          30.0 * depth * depth * left * left / kWidth,
-          -60.0 * depth * left * (left - depth) / (kWidth * kWidth)};
+  const double outward = -c / kWidth;
+  const double left = 1.0 - outward;
+  return {1.0 - outward * outward * outward * (10.0 - 15.0 * outward + 6.0 * outward * outward),
+          30.0 * outward * outward * left * left / kWidth,
+          -60.0 * outward * left * (left - outward) / (kWidth * kWidth)};
 }
 
 // Adds k(s) E_n, with t = x / s the gradient of s:
@@ -178,7 +178,7 @@ void extend_along_ray(const double* A, const double d[3], const double x[3], dou
     answer.force[i] += kLargestExtrapolation * (1.0 - r) * (stiffness_u[i] - along * v[i]);
 }
 
-// Holds the parts of the energy that fade behind the surface, and the others.
+// Holds the parts of the energy that fade for c < 0, and the others.
 struct Energy {
   Part lasting;
   Part fading;
@@ -221,7 +221,7 @@ void add_faded(const Energy& energy, const Fade& fade, const double c_gradient[3
 
 }  // namespace
 
-bool is_sampled(const pal_pack& pack, uint32_t site, const double d[3]) {
+bool is_in_domain(const pal_pack& pack, uint32_t site, const double d[3]) {
   const double limit = 1.0 + kRounding;
   if (pack.polynomial_sites != nullptr) {
     double x[3];
@@ -241,7 +241,7 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double d[3],
   double x[3];
   to_unit_ball(A, d, x);
   double s = sqrt(dot(x, x));
-  answer.flags = is_sampled(pack, site, d) ? 0 : PAL_FLAG_EXTRAPOLATED;
+  answer.flags = is_in_domain(pack, site, d) ? 0 : PAL_FLAG_EXTRAPOLATED;
   double r = 1.0;  // the answer is that of r d, extended along the ray
   if (s > kLargestExtrapolation) {
     answer.flags |= PAL_FLAG_CLAMPED;
@@ -260,7 +260,7 @@ void evaluate_polynomial(const pal_pack& pack, uint32_t site, const double d[3],
     to_unit_ball(A, normal, scaled);
     const double scale = sqrt(dot(scaled, scaled));
     for (int i = 0; i < 3; ++i) c_gradient[i] = scale * normal[i];
-    fade = fade_behind_surface(r * dot(d, c_gradient));
+    fade = fade_outward(r * dot(d, c_gradient));
   }
   add_faded(energy, fade, c_gradient, answer);
   if (r < 1.0) extend_along_ray(A, d, x, r, answer);

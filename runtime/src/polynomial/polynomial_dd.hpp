@@ -4,7 +4,7 @@
 // Source: Zhong et al. 2005 eqs. (22)-(24), with two departures:
 // - The force is the gradient of a fitted energy, so a closed path creates no energy. Eq. (4) instead recomputes the
 //   force from the elements around the contact, and amplifies the error of fitted displacements.
-// - The linear part is the exact linear_dd, not a fit.
+// - The linear part is not a fit, but the exact answer of linear_dd (linear/linear_dd.hpp).
 //
 // x = A d maps the sampled ellipsoid of displacements to the unit ball, and s = |x|. E_n and u_n are
 // homogeneous parts of degree n. Inside the ball
@@ -17,9 +17,9 @@
 // the gradient of the energy, but the stiffness is no longer the derivative of the force.
 //
 // In a pack with only inward samples, each site has an inward unit normal N, and c = d . N |A N|, which is 1
-// at the end of the domain along N. Behind the surface the nonlinear part fades out: E_n and u_(n-1) with n >
-// 2 have the factor phi(c), 1 for c >= 0, 0 for c <= -1/2, a quintic between (C2). Hence the answer for c <=
-// -1/2 is linear up to s = 4.
+// at the end of the domain along N. For outward displacements (c < 0) the nonlinear part fades out: E_n and
+// u_(n-1) with n > 2 have the factor phi(c), 1 for c >= 0, 0 for c <= -1/2, a quintic between (C2). Hence the
+// answer for c <= -1/2 is linear up to s = 4.
 #pragma once
 
 #include <palpate/palpate.h>
@@ -31,7 +31,8 @@ namespace palpate {
 // |A d| beyond which the answer is that of a shorter displacement, extended along the ray.
 inline constexpr double kLargestExtrapolation = 4.0;
 
-// Whether nonlinear solves determined the site's polynomial. Otherwise the polynomial is affine_site's.
+// Whether nonlinear solves determined the site's polynomial. Otherwise the polynomial is the Taylor
+// series at rest (offline/precompute/affine_site.hpp).
 inline bool was_sampled(const pal_pack& pack, uint32_t site) {
   return pack.polynomial_sites[site].samples > 0;
 }
@@ -44,16 +45,16 @@ struct PolynomialAnswer {
 };
 
 // Whether the domain of the site contains the displacement: the ellipsoid |A d| <= 1, or in a pack without
-// polynomials the ball of the scene's largest displacement. Inward normals leave the half of the domain
-// before the surface.
-bool is_sampled(const pal_pack& pack, uint32_t site, const double displacement[3]);
+// polynomials the ball of the scene's largest displacement. With inward normals, the domain is only the half
+// where d . N >= 0.
+bool is_in_domain(const pal_pack& pack, uint32_t site, const double displacement[3]);
 
 // Holds the input of the displacement field (polynomial_field.hpp).
 struct PolynomialFieldState {
   uint32_t site;
   pal_real weight;  // weight of the site in a blend
-  pal_real x[3];
-  pal_real fade;  // phi
+  pal_real x[3];    // A d, shortened to length kLargestExtrapolation
+  pal_real fade;    // phi
 };
 
 // Computes energy, force and stiffness at a site for a finite displacement in model units, and fills `field`

@@ -14,7 +14,8 @@ struct ZoneLayout {
   // The refining lane reads `num_nodes`, `nodes`, `unknown_of` and `first_master` alone. Frames do not change
   // them.
   ZoneMembers members;
-  const uint32_t* place_of_node;  // [num_nodes of the organ] place of each node in `members`
+  const uint32_t*
+      place_of_node;  // [num_nodes of the organ] place of each node in `members`; undefined outside the zones
   uint32_t num_groups;
   GroupLayout groups[kMostZoneContacts];
   size_t stiffness_size;  // floats of S of all groups, the exterior's stiffness on their boundaries

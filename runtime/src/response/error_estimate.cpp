@@ -46,7 +46,7 @@ double length(const double d[3]) {
 
 bool is_sampled_about(const pal_pack& pack, const ContactPlace& place, const double displacement[3]) {
   for (uint32_t i = 0; i < place.count; ++i) {
-    if (!is_sampled(pack, place.corners[i].site, displacement)) return false;
+    if (!is_in_domain(pack, place.corners[i].site, displacement)) return false;
   }
   return true;
 }

@@ -122,7 +122,7 @@ void answer_linear(TissueState& tissue, const pal_contact* contacts, uint32_t co
         (pack.polynomial_sites != nullptr || pack.organ.nodes != nullptr))
       result.flags |= PAL_FLAG_LINEAR_FALLBACK;
     if (count > kMostBetween && !is_at_site(contacts[c])) result.flags |= PAL_FLAG_NEAREST_SITE;
-    const bool sampled = acts_at_site(contacts[c], count) ? is_sampled(pack, nearest_site(contacts[c]), d)
+    const bool sampled = acts_at_site(contacts[c], count) ? is_in_domain(pack, nearest_site(contacts[c]), d)
                                                           : is_sampled_about(pack, place_of(contacts[c]), d);
     if (!sampled) result.flags |= PAL_FLAG_EXTRAPOLATED;
     estimate_errors(pack, PAL_MODEL_LINEAR, surveyed, d, length(tissue.forces + size_t{3} * c), result);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kLargestForce = 1e60;  // model units; leaves room for a conversion to the caller's units
 
-// TangentSource::elements of a group, in one part.
+// Is TangentSource::elements of a group. add_elements() adds all elements of the group as one part.
 struct GroupElements {
   const ZoneFrame& frame;
   const ZoneGroup& group;
@@ -24,7 +24,7 @@ uint64_t add_elements(const void* elements, uint32_t, float* matrix) {
   const auto& [frame, group] = *static_cast<const GroupElements*>(elements);
   const ZoneUnknowns unknowns = {frame.set.unknown_of, frame.set.first_master, frame.set.masters};
   add_zone_stiffness(group.batches, frame.set.displacement, unknowns, matrix, group.stride);
-  return 0;
+  return 0;  // make_tangent() has no budget
 }
 
 uint32_t moving_axes_of(const void* elements, uint32_t node) {
@@ -32,7 +32,7 @@ uint32_t moving_axes_of(const void* elements, uint32_t node) {
   return moving_axes(frame.pack, frame.set, group.first_node + node);
 }
 
-// Copies the stiffness of the contacts from the group's new tangent to the set.
+// Records the kind of the group's new tangent, and copies the stiffness of the contacts to the set.
 void take_tangent(Tangent made, ZoneSet& set, ZoneGroup& group) {
   group.has_tangent = made != Tangent::none;
   group.tangent.is_shifted = made == Tangent::shifted;
@@ -66,6 +66,7 @@ bool make_tangent(ZoneFrame& frame, ZoneGroup& group) {
   Tangent made = maker.shift > 0 ? Tangent::shifted : Tangent::sound;
   if (progress == Progress::failed) {
     made = Tangent::none;
+    // With all sensitivities computed, only a number that is not finite is left as the cause.
     if (maker.substituted == group.num_axes) frame.flags |= PAL_FLAG_NOT_FINITE;
   }
   take_tangent(made, frame.set, group);
@@ -98,7 +99,7 @@ bool is_outdated(const ZoneFrame& frame, const ZoneGroup& group) {
 }
 
 double contraction(const ZoneFrame& frame, const ZoneGroup& group) {
-  constexpr double kShiftedContraction = 0.5;
+  constexpr double kShiftedContraction = 0.5;  // least estimate for a tangent with a raised diagonal
   const double expected = kStiffening * group.tangent.moved / frame.pack.mean_surface_edge;
   return std::min(1.0, std::max(group.tangent.is_shifted ? std::max(expected, kShiftedContraction) : expected,
                                 group.tangent.residual_ratio));
