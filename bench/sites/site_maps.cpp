@@ -1,9 +1,7 @@
-// Measures errors of a sampled site's response transferred to other sites, by eq. (25) of Zhong et al. 2005
-// (the paper) and by the maps of affine_site.hpp, against full solves. Keeps solves in DIR/samples.
-//
-//   palpate_study_sites SCENE DIR     writes DIR/moved.md, contacted.md, origin.md, blended.md and their CSVs
-//
-// SCENE is models/brain/brain.toml, because texts of the tables name the brain and 8.24 mm.
+// palpate_study_sites models/brain/brain.toml DIR: measures errors of a sampled site's response transferred
+// to other sites, by eq. (25) of Zhong et al. 2005 (the paper) and by the maps of affine_site.hpp, against
+// full solves. Writes the tables moved, contacted, origin and blended as .md and .csv, and keeps solves in
+// DIR/samples.
 #include <fmt/format.h>
 
 #include <Eigen/LU>

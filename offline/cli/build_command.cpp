@@ -54,6 +54,41 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+void warn_of_fixed_nodes(const Scene& scene, const ContactSites& sites) {
+  if (sites.sites_at_fixed_nodes == 0) return;
+  fmt::print(
+      stderr,
+      "{}: {} of {} sites have fixed nodes within tip_radius, which stay where they are; the patch is the "
+      "rest\n",
+      scene.file.string(), sites.sites_at_fixed_nodes, sites.sites.size());
+}
+
+// Times frames of the pack and prints the result.
+void print_result(const BuildArguments& arguments, const SamplingPlan& plan, const PackBuild& build,
+                  const OpenedPack& opened, const std::filesystem::path& samples, int processes,
+                  double seconds) {
+  constexpr int kTimedFrames = 2000;
+  const std::optional<Timing> new_places = time_new_places(opened, kTimedFrames / 10);
+  const BuildResult result{*build.content,
+                           build.results,
+                           plan,
+                           opened,
+                           arguments.pack,
+                           samples,
+                           build.counts,
+                           processes,
+                           seconds,
+                           build.sampling_seconds,
+                           time_scene(opened, kTimedFrames),
+                           new_places ? new_places->at(0.5) / 1000 : 0};
+  if (arguments.json) {
+    print_json(result);
+  } else {
+    print_text(result);
+  }
+  print_warnings(result);
+}
+
 int run_build(const BuildArguments& arguments, Ranks& ranks) {
   const auto start = std::chrono::steady_clock::now();
   const auto [scene, model] = read_scene(arguments.scene, arguments.include_root);
@@ -67,13 +102,7 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
     for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
   }
   const ContactSites sites = find_contact_sites(scene, model);
-  if (ranks.is_first() && sites.sites_at_fixed_nodes > 0) {
-    fmt::print(
-        stderr,
-        "{}: {} of {} sites have fixed nodes within tip_radius, which stay where they are; the patch is the "
-        "rest\n",
-        scene.file.string(), sites.sites_at_fixed_nodes, sites.sites.size());
-  }
+  if (ranks.is_first()) warn_of_fixed_nodes(scene, sites);
   const int jobs =
       arguments.jobs_given ? arguments.jobs : std::max(1, arguments.jobs / ranks.on_this_machine());
   const SamplingPlan plan = arguments.survey == "none" ? plan_without_survey(scene, sites, jobs)
@@ -99,27 +128,7 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   if (build == nullptr) return 0;
   const OpenedPack opened(*build->bytes);  // throws where the runtime does not accept the pack
   write_finished_bytes(arguments.pack, build->bytes->bytes());
-  const double seconds = seconds_since(start);
-  constexpr int kTimedFrames = 2000;
-  const std::optional<Timing> new_places = time_new_places(opened, kTimedFrames / 10);
-  const BuildResult result{*build->content,
-                           build->results,
-                           plan,
-                           opened,
-                           arguments.pack,
-                           samples,
-                           build->counts,
-                           ranks.count(),
-                           seconds,
-                           build->sampling_seconds,
-                           time_scene(opened, kTimedFrames),
-                           new_places ? new_places->at(0.5) / 1000 : 0};
-  if (arguments.json) {
-    print_json(result);
-  } else {
-    print_text(result);
-  }
-  print_warnings(result);
+  print_result(arguments, plan, *build, opened, samples, ranks.count(), seconds_since(start));
   return 0;
 }
 

@@ -246,54 +246,31 @@ void mark_fixed(const OpenedPack& opened, const std::vector<std::uint32_t>& fixe
   }
 }
 
-}  // namespace
+std::vector<std::uint32_t> find_fixed_nodes(const OpenedPack& opened, const std::vector<int>& labels) {
+  std::vector<std::uint32_t> fixed(labels.size());
+  for (size_t i = 0; i < labels.size(); ++i) {
+    if (pal_pack_find_contact_node(opened.pack().get(), labels[i], &fixed[i]) == PAL_STATUS_OK) continue;
+    throw std::runtime_error(
+        fmt::format("--fix {}: only nodes of contact patches can be fixed at run time; `palpate info "
+                    "--json` lists them",
+                    labels[i]));
+  }
+  return fixed;
+}
 
-ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& arguments) {
-  ContactAnswer answer;
-  // pal_session_config::max_contacts has the same bound.
-  if (arguments.contacts.size() + arguments.points.size() > pack::kMostContacts) {
-    throw std::runtime_error(fmt::format("{} contacts are given; the runtime holds at most {}",
-                                         arguments.contacts.size() + arguments.points.size(),
-                                         pack::kMostContacts));
-  }
-  for (const std::string& text : arguments.contacts) add_site_contact(opened, text, answer);
-  for (const std::string& text : arguments.points) add_point_contact(opened, text, answer);
-  const bool forces_given = std::any_of(answer.contacts.begin(), answer.contacts.end(),
-                                        [](const pal_contact& contact) { return contact.force_axes != 0; });
-  std::vector<std::uint32_t> fixed;
-  for (const int label : arguments.fixed) {
-    std::uint32_t node = 0;
-    if (pal_pack_find_contact_node(opened.pack().get(), label, &node) != PAL_STATUS_OK) {
-      throw std::runtime_error(
-          fmt::format("--fix {}: only nodes of contact patches can be fixed at run time; `palpate info "
-                      "--json` lists them",
-                      label));
-    }
-    fixed.push_back(node);
-  }
-  mark_fixed(opened, fixed, answer);
-  const pal_model model = arguments.model == "linear"       ? PAL_MODEL_LINEAR
-                          : arguments.model == "polynomial" ? PAL_MODEL_POLYNOMIAL
-                          : arguments.model == "affine"     ? PAL_MODEL_AFFINE
-                          : arguments.model == "zone"       ? PAL_MODEL_ZONE
-                                                            : PAL_MODEL_AUTO;
-  const auto count = static_cast<std::uint32_t>(answer.contacts.size());
+// `is_single`: there is at most one contact, without force, and no fixed node.
+void check_model_choice(const ContactArguments& arguments, const pal_pack_info& info, pal_model model,
+                        bool is_single, bool zones_can_answer) {
   const bool is_polynomial = model == PAL_MODEL_POLYNOMIAL || model == PAL_MODEL_AFFINE;
-  if (is_polynomial && (count > 1 || !fixed.empty() || forces_given)) {
+  if (is_polynomial && !is_single) {
     throw std::runtime_error(fmt::format(
         "--model {} supports one displaced contact and no --fix; use auto, zone or linear", arguments.model));
   }
-  const pal_pack_info info = opened.info();
-  if (info.has_linear == 0 && (model == PAL_MODEL_LINEAR || count > 1 || !fixed.empty() || forces_given)) {
+  if (info.has_linear == 0 && (model == PAL_MODEL_LINEAR || !is_single)) {
     throw std::runtime_error(
         "--model linear, --fix, forces and several contacts need the linear model, absent from this pack; "
-        "build "
-        "it with "
-        "[models] "
-        "linear = true");
+        "build it with [models] linear = true");
   }
-  const bool fits_zones =
-      count <= pack::kMostZoneContacts && fixed.size() <= pack::kMostZoneFixed && arguments.gravity.empty();
   if (info.has_polynomial == 0 && is_polynomial)
     throw std::runtime_error("this pack has no polynomial model; build it with [models] polynomial = true");
   if (info.zone_rings == 0 && (model == PAL_MODEL_ZONE || arguments.zone_rings > 0))
@@ -303,45 +280,34 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
         fmt::format("--rings {}: the zones of this pack have {}; build it with [models] zone_rings = {}",
                     arguments.zone_rings, info.zone_rings, arguments.zone_rings));
   }
-  if (model == PAL_MODEL_ZONE && !fits_zones) {
+  if (model == PAL_MODEL_ZONE && !zones_can_answer) {
     throw std::runtime_error(
         "--model zone answers up to 8 contacts and 32 --fix, and no --gravity; use auto or linear");
   }
-  // Only nonlinear_zone implements these options.
-  const auto require_zones = [&](const char* option) {
-    if (info.zone_rings > 0 && (model == PAL_MODEL_AUTO || model == PAL_MODEL_ZONE) && fits_zones) return;
+}
+
+// Only nonlinear_zone implements --turn and --inclusion.
+void require_zones(bool zones_can_answer, const char* option) {
+  if (zones_can_answer) return;
+  throw std::runtime_error(
+      fmt::format("{} needs zones: a pack with [models] zone = true, --model auto or "
+                  "zone, up to 8 contacts and 32 --fix, and no --gravity",
+                  option));
+}
+
+void apply_gravity(const ContactArguments& arguments, const pal_pack_info& info, ModelUnitSession& session) {
+  const Eigen::Vector3d acceleration = parse_gravity(arguments.gravity);
+  if (info.gravity_may_turn == 0)
     throw std::runtime_error(
-        fmt::format("{} needs zones: a pack with [models] zone = true, --model auto or "
-                    "zone, up to 8 contacts and 32 --fix, and no --gravity",
-                    option));
-  };
-  std::vector<Eigen::Vector3d> rotations;
-  for (const std::string& text : arguments.turns) rotations.push_back(parse_turn(text));
-  if (rotations.size() > count)
+        "--gravity: the gravity of this pack may not turn; build it with [gravity] may_turn = true");
+  if (arguments.model == "polynomial" || arguments.model == "affine")
     throw std::runtime_error(
-        fmt::format("{} --turn for {} contacts; give one for each at most", rotations.size(), count));
-  if (!rotations.empty()) require_zones("--turn");
-  ModelUnitSession session(opened, model, std::max(1u, count), static_cast<std::uint32_t>(fixed.size()),
-                           arguments.zone_rings, 0, !rotations.empty(), true);
-  session.turn(rotations);
-  session.fix(fixed);
-  if (!arguments.gravity.empty()) {
-    const Eigen::Vector3d acceleration = parse_gravity(arguments.gravity);
-    if (info.gravity_may_turn == 0) {
-      throw std::runtime_error(
-          "--gravity: the gravity of this pack may not turn; build it with [gravity] may_turn = true");
-    }
-    if (is_polynomial) {
-      throw std::runtime_error(
-          fmt::format("--model {} supports the scene's gravity only; use auto or linear", arguments.model));
-    }
-    session.set_gravity(acceleration);
-  }
-  if (!arguments.inclusion.empty()) {
-    const pal_inclusion inclusion = parse_inclusion(arguments.inclusion);
-    require_zones("--inclusion");
-    session.set_inclusion(inclusion);
-  }
+        fmt::format("--model {} supports the scene's gravity only; use auto or linear", arguments.model));
+  session.set_gravity(acceleration);
+}
+
+// Fills the displacements under prescribed forces, results, torques and field of the answer.
+void fill_response(ModelUnitSession& session, bool patches_turn, ContactAnswer& answer) {
   answer.results = session.settle(answer.contacts);
   for (size_t c = 0; c < answer.contacts.size(); ++c) {
     for (unsigned axis = 0; axis < 3; ++axis) {
@@ -353,9 +319,55 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
   const bool zones_answered =
       std::all_of(answer.results.begin(), answer.results.end(),
                   [](const pal_contact_result& result) { return result.model == PAL_MODEL_ZONE; });
-  for (std::uint32_t c = 0; c < count && !rotations.empty() && zones_answered; ++c)
+  for (std::uint32_t c = 0; c < answer.contacts.size() && patches_turn && zones_answered; ++c)
     answer.torques.push_back(session.torque(c));
   answer.field = session.visual_frame();
+}
+
+}  // namespace
+
+ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& arguments) {
+  // pal_session_config::max_contacts has the same bound.
+  const size_t count = arguments.contacts.size() + arguments.points.size();
+  if (count > pack::kMostContacts)
+    throw std::runtime_error(
+        fmt::format("{} contacts are given; the runtime holds at most {}", count, pack::kMostContacts));
+  ContactAnswer answer;
+  for (const std::string& text : arguments.contacts) add_site_contact(opened, text, answer);
+  for (const std::string& text : arguments.points) add_point_contact(opened, text, answer);
+  const bool forces_given = std::any_of(answer.contacts.begin(), answer.contacts.end(),
+                                        [](const pal_contact& contact) { return contact.force_axes != 0; });
+  const std::vector<std::uint32_t> fixed = find_fixed_nodes(opened, arguments.fixed);
+  mark_fixed(opened, fixed, answer);
+  const pal_model model = arguments.model == "linear"       ? PAL_MODEL_LINEAR
+                          : arguments.model == "polynomial" ? PAL_MODEL_POLYNOMIAL
+                          : arguments.model == "affine"     ? PAL_MODEL_AFFINE
+                          : arguments.model == "zone"       ? PAL_MODEL_ZONE
+                                                            : PAL_MODEL_AUTO;
+  const pal_pack_info info = opened.info();
+  const bool is_single = count <= 1 && fixed.empty() && !forces_given;
+  const bool zones_can_answer = info.zone_rings > 0 && (model == PAL_MODEL_AUTO || model == PAL_MODEL_ZONE) &&
+                                count <= pack::kMostZoneContacts && fixed.size() <= pack::kMostZoneFixed &&
+                                arguments.gravity.empty();
+  check_model_choice(arguments, info, model, is_single, zones_can_answer);
+  std::vector<Eigen::Vector3d> rotations;
+  for (const std::string& text : arguments.turns) rotations.push_back(parse_turn(text));
+  if (rotations.size() > count)
+    throw std::runtime_error(
+        fmt::format("{} --turn for {} contacts; give one for each at most", rotations.size(), count));
+  if (!rotations.empty()) require_zones(zones_can_answer, "--turn");
+  ModelUnitSession session(opened, model, static_cast<std::uint32_t>(std::max(size_t{1}, count)),
+                           static_cast<std::uint32_t>(fixed.size()), arguments.zone_rings, 0,
+                           !rotations.empty(), true);
+  session.turn(rotations);
+  session.fix(fixed);
+  if (!arguments.gravity.empty()) apply_gravity(arguments, info, session);
+  if (!arguments.inclusion.empty()) {
+    const pal_inclusion inclusion = parse_inclusion(arguments.inclusion);
+    require_zones(zones_can_answer, "--inclusion");
+    session.set_inclusion(inclusion);
+  }
+  fill_response(session, !rotations.empty(), answer);
   return answer;
 }
 

@@ -2,7 +2,9 @@
 #include <fmt/core.h>
 
 #include <CLI/App.hpp>
-#include <cstring>
+#include <algorithm>
+#include <bit>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -66,7 +68,8 @@ void print_replayed(const OpenedPack& opened, const Replayed& replayed) {
   }
   const char* unit = opened.info().has_units != 0 ? " N" : "";
   fmt::print("frame {} (at {:.3f} s) is the first that differs\n", at.frames, at.seconds);
-  if (std::memcmp(at.force, at.recorded_force, sizeof at.force) == 0) {
+  const auto bits = [](double number) { return std::bit_cast<std::uint64_t>(number); };
+  if (std::ranges::equal(at.force, at.recorded_force, {}, bits, bits)) {
     fmt::print("  all forces are the same; torque, stiffness, errors or flags differ\n");
     return;
   }

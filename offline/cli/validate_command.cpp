@@ -118,29 +118,23 @@ std::vector<MotionErrors> validate_motions(const OpenedPack& opened, const std::
   return survey_motions(opened, truths, motions, jobs, [&](int done, int) { bar.show(done); });
 }
 
-int run_validate(const ValidateArguments& arguments) {
-  const auto start = std::chrono::steady_clock::now();
-  const OpenedPack opened(arguments.pack);
-  const Organ organ(read_carried_scene(opened, arguments.pack));
-  check_same_sites(opened, organ, arguments.pack);
+std::vector<SurveySample> solve_random_pushes(const OpenedPack& opened, const Organ& organ,
+                                              const ValidateArguments& arguments) {
   const std::vector<Push> pushes =
       draw_pushes(opened, organ.scene, organ.sites, arguments.samples, arguments.seed);
-  std::vector<SurveySample> samples;
-  {
-    ProgressBar bar("solving pushes", arguments.samples);
-    samples = solve_pushes(
-        organ.assembly, organ.sites, pushes, arguments.jobs,
-        [&](int done, int total) {
-          bar.show(static_cast<int>(std::int64_t{arguments.samples} * done / total));
-        },
-        organ.rest);
-  }
-  const auto unsolved =
-      std::count_if(samples.begin(), samples.end(), [](const SurveySample& one) { return !one.solved; });
+  ProgressBar bar("solving pushes", arguments.samples);
+  return solve_pushes(
+      organ.assembly, organ.sites, pushes, arguments.jobs,
+      [&](int done, int total) {
+        bar.show(static_cast<int>(std::int64_t{arguments.samples} * done / total));
+      },
+      organ.rest);
+}
 
-  // The seed below has the highest bit set, which no survey of a builder has.
+// Returns no sets where the pack claims no errors of several contacts.
+SolvedSets solve_random_sets(const OpenedPack& opened, const Organ& organ,
+                             const ValidateArguments& arguments) {
   constexpr int kSets = 48;
-  SolvedSets sets;
   const std::vector<ModelErrors> claims = surveys_of(opened.tables());
   const bool are_claimed = std::any_of(claims.begin(), claims.end(),
                                        [](const ModelErrors& one) { return !one.sets.kinds.empty(); });
@@ -148,14 +142,25 @@ int run_validate(const ValidateArguments& arguments) {
     fmt::print(stderr, "{}: says nothing of several contacts at once; --sets {} was left out\n",
                arguments.pack.string(), *arguments.sets);
   }
-  if (std::vector<ContactSet> drawn = draw_contact_sets(
-          organ.model, organ.scene, organ.sites, are_claimed ? arguments.sets.value_or(kSets) : 0,
-          static_cast<std::uint64_t>(arguments.seed) | std::uint64_t{1} << 63);
-      !drawn.empty()) {
-    ProgressBar bar("solving several contacts", static_cast<int>(drawn.size()));
-    sets = solve_drawn_sets(organ.assembly, organ.sites, organ.rest, std::move(drawn), arguments.jobs,
-                            nullptr, [&](int done, int) { bar.show(done); });
-  }
+  // This seed has the highest bit set, which no survey of a builder has.
+  const std::uint64_t seed = static_cast<std::uint64_t>(arguments.seed) | std::uint64_t{1} << 63;
+  std::vector<ContactSet> drawn = draw_contact_sets(organ.model, organ.scene, organ.sites,
+                                                    are_claimed ? arguments.sets.value_or(kSets) : 0, seed);
+  if (drawn.empty()) return {};
+  ProgressBar bar("solving several contacts", static_cast<int>(drawn.size()));
+  return solve_drawn_sets(organ.assembly, organ.sites, organ.rest, std::move(drawn), arguments.jobs, nullptr,
+                          [&](int done, int) { bar.show(done); });
+}
+
+int run_validate(const ValidateArguments& arguments) {
+  const auto start = std::chrono::steady_clock::now();
+  const OpenedPack opened(arguments.pack);
+  const Organ organ(read_carried_scene(opened, arguments.pack));
+  check_same_sites(opened, organ, arguments.pack);
+  const std::vector<SurveySample> samples = solve_random_pushes(opened, organ, arguments);
+  const auto unsolved =
+      std::count_if(samples.begin(), samples.end(), [](const SurveySample& one) { return !one.solved; });
+  const SolvedSets sets = solve_random_sets(opened, organ, arguments);
   const std::vector<SurveyValidation> models =
       judge_pack(opened, samples, organ.scene.max_displacement, arguments.jobs, sets);
   const bool agrees = all_agree(models);

@@ -27,6 +27,12 @@ struct PathVector {
   double load_factor = 0;
 };
 
+struct PathState {
+  PathVector x;
+  PathVector tangent;  // of unit length, oriented along the path
+  PathPoint point;
+};
+
 PathVector add_scaled(const PathVector& x, double scale, const PathVector& y) {
   return {x.displacement + scale * y.displacement, x.load_factor + scale * y.load_factor};
 }
@@ -85,8 +91,9 @@ class ArcLength::Path {
 
   bool has_end() const { return settings_.end_load_factor || settings_.end_displacement; }
 
-  // Computes the unit tangent on the side of `side_of`, and S and pivots of `point`. False if K is singular.
-  bool find_tangent(const PathVector& at, const PathVector& side_of, PathVector& tangent, PathPoint& point) {
+  // Computes the unit tangent on the side of `side_of`, S and pivots at state.x. False if K is singular.
+  bool find_tangent(const PathVector& side_of, PathState& state) {
+    auto& [at, tangent, point] = state;
     const LoadCase load = loads_.at(at.load_factor);
     if (!factorize(load, at.displacement)) return false;
     tangent.load_factor = 1;
@@ -141,10 +148,6 @@ class ArcLength::Path {
 
   // Corrects `point` to an equilibrium in its plane by Newton's method. On failure `point` is undefined.
   bool correct(const Plane& plane, int increment, PathVector& point, int& iterations) {
-    const auto give_up = [&](StopCause cause) {
-      report_.stopped = cause;
-      return false;
-    };
     LoadCase load;
     Eigen::VectorXd internal;
     ElementState state;
@@ -201,10 +204,42 @@ class ArcLength::Path {
     }
   }
 
-  // Adds the last corrected point to the force scale of the path.
-  void accept() { largest_force_ = force_; }
+  // Moves `next` to the path in `plane`, with its tangent. False also where the path turns sharply.
+  bool correct_onto(const Plane& plane, const PathState& at, PathState& next, int& iterations) {
+    if (!correct(plane, report_.increments + 1, next.x, iterations)) return false;
+    next.point.min_jacobian = report_.min_jacobian;
+    if (!find_tangent(add_scaled(next.x, -1, at.x), next)) return give_up(StopCause::no_tangent);
+    if (product(at.tangent, next.tangent) >= kMinTangentCosine) return true;
+    return give_up(StopCause::sharp_turn);
+  }
+
+  // Shortens the increment to the end condition that its chord crosses. False if the chord crosses none.
+  bool shorten_to_end(const PathState& at, PathState& next, int& iterations) {
+    const std::optional<Plane> end = end_between(at.x, next.x);
+    if (!end) return false;
+    const PathState beyond = next;
+    const double fraction = end->distance(at.x) / (end->distance(at.x) - end->distance(next.x));
+    next.x = add_scaled(at.x, fraction, add_scaled(next.x, -1, at.x));
+    if (!correct_onto(*end, at, next, iterations)) next = beyond;  // the path turns before the end condition
+    return true;
+  }
+
+  // Adds the corrected state `next` after `at` to the path.
+  void accept(const PathState& at, PathState& next) {
+    largest_force_ = force_;
+    report_.min_jacobian = next.point.min_jacobian;
+    report_.load_factor = next.x.load_factor;
+    next.point.increment = ++report_.increments;
+    next.point.arc_length = at.point.arc_length + product(at.tangent, add_scaled(next.x, -1, at.x));
+    next.point.load_factor = next.x.load_factor;
+  }
 
  private:
+  bool give_up(StopCause cause) {
+    report_.stopped = cause;
+    return false;
+  }
+
   // Solves K du = r + dl q in the plane (arc_length.hpp) for step = (du, dl).
   bool newton_step(const Plane& plane, const LoadCase& load, const PathVector& at,
                    const Eigen::VectorXd& residual, PathVector& step) {
@@ -320,15 +355,13 @@ SolveReport ArcLength::follow(const LoadCase& from, const LoadCase& to, Eigen::V
   report.worst_element = state.worst_element;
   Path path(*this, from, to, displacement, internal, settings, report, progress);
 
-  PathVector at = {displacement, 0};
-  PathVector tangent;
-  PathPoint point;
-  point.min_jacobian = state.min_jacobian;
-  if (!path.find_tangent(at, {Eigen::VectorXd::Zero(displacement.size()), 1}, tangent, point)) {
+  PathState at = {{displacement, 0}, {}, {}};
+  at.point.min_jacobian = state.min_jacobian;
+  if (!path.find_tangent({Eigen::VectorXd::Zero(displacement.size()), 1}, at)) {
     report.stopped = StopCause::no_tangent;
     return report;
   }
-  visit(point, displacement);
+  visit(at.point, displacement);
 
   double length = std::min(settings.first_increment, settings.largest_increment);
   double first_load = 0;
@@ -342,52 +375,21 @@ SolveReport ArcLength::follow(const LoadCase& from, const LoadCase& to, Eigen::V
       report.stopped = StopCause::path_reversed;
       return report;
     }
-    PathVector next = add_scaled(at, length, tangent);
-    PathVector next_tangent;
-    PathPoint next_point;
+    PathState next = {add_scaled(at.x, length, at.tangent), {}, {}};
     int iterations = 0;
-    const auto correct_onto = [&](const Plane& plane) {  // moves `next` to the path
-      if (!path.correct(plane, report.increments + 1, next, iterations)) return false;
-      next_point.min_jacobian = report.min_jacobian;
-      if (!path.find_tangent(next, add_scaled(next, -1, at), next_tangent, next_point)) {
-        report.stopped = StopCause::no_tangent;
-        return false;
-      }
-      if (path.product(tangent, next_tangent) >= kMinTangentCosine) return true;
-      report.stopped = StopCause::sharp_turn;
-      return false;
-    };
-    if (!correct_onto(path.normal_to(tangent, next))) {
+    if (!path.correct_onto(path.normal_to(at.tangent, next.x), at, next, iterations)) {
       ++report.cutbacks;
       length *= 0.5;
       if (length < settings.smallest_increment) return report;
       continue;
     }
-    if (const std::optional<Plane> end = path.end_between(at, next)) {
-      const PathVector beyond = next;
-      const PathPoint point_beyond = next_point;
-      const double fraction = end->distance(at) / (end->distance(at) - end->distance(next));
-      next = add_scaled(at, fraction, add_scaled(next, -1, at));
-      if (!correct_onto(*end)) {
-        next = beyond;  // the path turns before the end condition
-        next_point = point_beyond;
-      }
-      ended = true;
-    }
-    path.accept();
-    report.min_jacobian = next_point.min_jacobian;
-    if (report.increments == 0) first_load = length * tangent.load_factor;
-    ++report.increments;
-    next_point.increment = report.increments;
-    next_point.arc_length = point.arc_length + path.product(tangent, add_scaled(next, -1, at));
-    next_point.load_factor = next.load_factor;
-    length = next_length(settings, point, next_point, next_tangent, first_load, length, iterations);
+    ended = path.shorten_to_end(at, next, iterations);
+    if (report.increments == 0) first_load = length * at.tangent.load_factor;
+    path.accept(at, next);
+    length = next_length(settings, at.point, next.point, next.tangent, first_load, length, iterations);
     at = std::move(next);
-    tangent = std::move(next_tangent);
-    point = next_point;
-    displacement = at.displacement;
-    report.load_factor = at.load_factor;
-    visit(point, displacement);
+    displacement = at.x.displacement;
+    visit(at.point, displacement);
   }
   report.converged = true;
   report.stopped = StopCause::none;

@@ -12,6 +12,38 @@
 
 // Builds equations, sparsity pattern and batches of elements. element_loops.cpp computes forces and tangents.
 namespace palpate {
+namespace {
+
+// With this order successive elements write to neighbouring entries of the stiffness.
+std::vector<size_t> elements_by_smallest_node(const Model& model, int num_nodes) {
+  std::vector<size_t> order;
+  for (size_t e = 0; e < model.elements.size(); ++e) {
+    if (model.elements[e].num_nodes == num_nodes) order.push_back(e);
+  }
+  const auto smallest_node = [&](size_t e) { return std::ranges::min(model.elements[e].nodes()); };
+  std::ranges::stable_sort(order, {}, smallest_node);
+  return order;
+}
+
+// Puts element `e` into the next lane of a batch and repeats the element in the later lanes.
+template <typename Batch, typename Shapes>
+void append_element(int e, const Tetrahedron& element, const Shapes& shapes, Batch& batch) {
+  for (int lane = batch.num_elements++; lane < kLanes; ++lane) {
+    batch.elements[static_cast<size_t>(lane)] = e;
+    batch.materials[static_cast<size_t>(lane)] = element.material;
+    for (size_t a = 0; a < batch.nodes.size(); ++a) {
+      batch.nodes[a][static_cast<size_t>(lane)] = element.node_array[a];
+      for (size_t p = 0; p < shapes.size(); ++p) {
+        batch.points[p].volume.set(lane, shapes[p].volume);
+        for (size_t axis = 0; axis < 3; ++axis)
+          batch.points[p].gradients[a][axis].set(
+              lane, shapes[p].gradients(static_cast<Eigen::Index>(axis), static_cast<Eigen::Index>(a)));
+      }
+    }
+  }
+}
+
+}  // namespace
 
 // Divides the nodes into slabs of equal counts across the longest side of the body.
 void Assembly::divide_nodes(int parts) {
@@ -122,7 +154,6 @@ void Assembly::set_pattern() {
 // Groups the elements of each part into batches of one kind. Sums the factors of rounding_force().
 template <int kNodes>
 void Assembly::make_batches() {
-  constexpr int kPoints = TetrahedronShape<kNodes>::kPoints;
   std::vector<double> moduli;
   for (const Material& material : model_->materials)
     moduli.push_back(
@@ -131,13 +162,7 @@ void Assembly::make_batches() {
     if constexpr (kNodes == 4) return parts_[part].linear;
     if constexpr (kNodes == 10) return parts_[part].quadratic;
   };
-  // The order by smallest node lets successive elements write to neighbouring entries of the stiffness.
-  std::vector<size_t> order;
-  for (size_t e = 0; e < model_->elements.size(); ++e) {
-    if (model_->elements[e].num_nodes == kNodes) order.push_back(e);
-  }
-  const auto smallest_node = [&](size_t e) { return std::ranges::min(model_->elements[e].nodes()); };
-  std::ranges::stable_sort(order, {}, smallest_node);
+  const std::vector<size_t> order = elements_by_smallest_node(*model_, kNodes);
   for (const auto& [shares_volume, dyadic] :
        {std::pair(false, true), std::pair(false, false), std::pair(true, true), std::pair(true, false)}) {
     std::vector<Batch<kNodes>*> last_batch(parts_.size(), nullptr);
@@ -152,7 +177,7 @@ void Assembly::make_batches() {
       const auto shapes = [&]<int... kPoint>(std::integer_sequence<int, kPoint...>) {
         return std::array{ShapeAtPoint<kNodes>(positions, kPoint)...};
       }
-      (std::make_integer_sequence<int, kPoints>());
+      (std::make_integer_sequence<int, TetrahedronShape<kNodes>::kPoints>());
       for (const ShapeAtPoint<kNodes>& point : shapes) {
         const double gradient = point.gradients.colwise().norm().maxCoeff();
         const double force = moduli[material] * point.volume * gradient;
@@ -167,20 +192,7 @@ void Assembly::make_batches() {
           last_batch[part]->dyadic = dyadic;
           last_batch[part]->shares_volume = shares_volume;
         }
-        Batch<kNodes>& batch = *last_batch[part];
-        for (int lane = batch.num_elements++; lane < kLanes; ++lane) {
-          batch.elements[static_cast<size_t>(lane)] = static_cast<int>(e);
-          batch.materials[static_cast<size_t>(lane)] = element.material;
-          for (size_t a = 0; a < kNodes; ++a) {
-            batch.nodes[a][static_cast<size_t>(lane)] = element.node_array[a];
-            for (size_t p = 0; p < kPoints; ++p) {
-              batch.points[p].volume.set(lane, shapes[p].volume);
-              for (size_t axis = 0; axis < 3; ++axis)
-                batch.points[p].gradients[a][axis].set(
-                    lane, shapes[p].gradients(static_cast<Eigen::Index>(axis), static_cast<Eigen::Index>(a)));
-            }
-          }
-        }
+        append_element(static_cast<int>(e), element, shapes, *last_batch[part]);
       }
     }
   }

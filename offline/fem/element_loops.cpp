@@ -75,6 +75,23 @@ Eigen::Matrix<double, 3, kNodes> gradients_of(const typename ElementBatch<kNodes
   return result;
 }
 
+template <int kNodes>
+inline void add_to_lane(const Eigen::Matrix<double, 3, kNodes>& at_nodes, int lane, NodalLanes<kNodes>& sum) {
+  for (int a = 0; a < kNodes; ++a) {
+    for (int axis = 0; axis < 3; ++axis)
+      sum[static_cast<size_t>(a)][static_cast<size_t>(axis)].add(lane, at_nodes(axis, a));
+  }
+}
+
+// Includes det F of an element in `worst`. A NaN stays; between equal values the first element counts.
+inline void include_jacobian(double J, int element, ElementState& worst) {
+  const bool is_tie = J == worst.min_jacobian && element < worst.worst_element;
+  if ((!(J >= worst.min_jacobian) && !std::isnan(worst.min_jacobian)) || is_tie) {
+    worst.min_jacobian = J;
+    worst.worst_element = element;
+  }
+}
+
 }  // namespace
 
 template <bool kShares, int kNodes>
@@ -139,10 +156,7 @@ SharedVolumes::State Assembly::volume_state(const Eigen::VectorXd& displacement,
             if (!with_gradients) continue;
             const Eigen::Matrix<double, 3, kNodes> at_nodes =
                 point.volume[lane] * volume_gradient(law(batch, lane), F) * gradients_of<kNodes>(point, lane);
-            for (int a = 0; a < kNodes; ++a) {
-              for (int axis = 0; axis < 3; ++axis)
-                gradient[static_cast<size_t>(a)][static_cast<size_t>(axis)].add(lane, at_nodes(axis, a));
-            }
+            add_to_lane<kNodes>(at_nodes, lane, gradient);
           }
           if (batch.dyadic && with_gradients) kernels.add_force(point, kinematics, terms, gradient);
         }
@@ -201,11 +215,7 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
         const Law& element_law = law<Shares::value>(batch, lane);
         // At small strain J has no role, and no element counts as inverted.
         const double J = std::holds_alternative<LinearElastic>(element_law) ? 1.0 : kinematics.J[lane];
-        const bool is_tie = J == state.min_jacobian && static_cast<int>(e) < state.worst_element;
-        if ((!(J >= state.min_jacobian) && !std::isnan(state.min_jacobian)) || is_tie) {
-          state.min_jacobian = J;
-          state.worst_element = static_cast<int>(e);
-        }
+        include_jacobian(J, static_cast<int>(e), state);
         const bool counts_energy = energy != nullptr && owns(part, batch.nodes[0][static_cast<size_t>(lane)]);
         if (batch.dyadic) terms.set(lane, dyadic_tangent(element_law, kinematics.I1[lane], J));
         if (batch.dyadic && !counts_energy) continue;
@@ -220,10 +230,7 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
           stress += pressure(volumes, batch, lane) * volume_gradient(element_law, F);
         const Eigen::Matrix<double, 3, kNodes> at_nodes =
             point.volume[lane] * stress * gradients_of<kNodes>(point, lane);
-        for (int a = 0; a < kNodes; ++a) {
-          for (int axis = 0; axis < 3; ++axis)
-            nodal[static_cast<size_t>(a)][static_cast<size_t>(axis)].add(lane, at_nodes(axis, a));
-        }
+        add_to_lane<kNodes>(at_nodes, lane, nodal);
       }
       if constexpr (Shares::value) {
         for (int lane = 0; batch.dyadic && lane < batch.num_elements; ++lane)
@@ -242,11 +249,7 @@ ElementState Assembly::internal_force(const Eigen::VectorXd& displacement, Eigen
   });
   if (energy != nullptr) *energy = std::accumulate(stored.begin(), stored.end(), volumes.energy);
   ElementState worst = states.front();
-  for (const ElementState& state : states) {
-    if (std::isnan(worst.min_jacobian)) break;
-    const bool is_tie = state.min_jacobian == worst.min_jacobian && state.worst_element < worst.worst_element;
-    if (!(state.min_jacobian >= worst.min_jacobian) || is_tie) worst = state;
-  }
+  for (const ElementState& state : states) include_jacobian(state.min_jacobian, state.worst_element, worst);
   return worst;
 }
 

@@ -213,7 +213,71 @@ void Multifrontal<Real>::add_children(int index, Real* panel, Real* update, bool
 
 // w1 has the values at a front's columns, w2 the values at the rows below. w_c is the children's sum of w2.
 // Forward: w1 = L11^-1 (b + w_c), w2 = w_c - L21 w1, which the parent adds.
+template <typename Real>
+void Multifrontal<Real>::forward(int index, const double* b, const std::vector<double>& scales) {
+  const FrontTree& tree = *tree_;
+  const int columns = static_cast<int>(scales.size());
+  const Front& front = tree[index];
+  const int rows = front.num_rows;
+  Real* w = carried(front, scales.size());
+  for (int column = 0; column < columns; ++column) {
+    const double* values = b + static_cast<size_t>(column) * tree.permutation().size();
+    Real* to = w + static_cast<size_t>(column) * static_cast<size_t>(rows);
+    for (int row = 0; row < front.num_columns; ++row)
+      to[row] = static_cast<Real>(values[tree.permutation()[static_cast<size_t>(front.first_column + row)]] *
+                                  scales[static_cast<size_t>(column)]);
+    std::fill_n(to + front.num_columns, front.num_below(), Real(0));
+    for (const int c : tree.children(index)) {
+      const Front& child = tree[c];
+      const Real* from = carried(child, scales.size()) +
+                         static_cast<size_t>(column) * static_cast<size_t>(child.num_rows) +
+                         child.num_columns;
+      for (const FrontTree::Run& run : tree.runs_in_parent(c)) add_run(run, 0, from, to);
+    }
+  }
+  const Real* panel = panels_.get() + front.panel_start;
+  solve_left(CblasNoTrans, front.num_columns, columns, panel, rows, w, rows);
+  if (front.num_below() > 0)
+    subtract_product(CblasNoTrans, front.num_below(), front.num_columns, columns, panel + front.num_columns,
+                     rows, w, w + front.num_columns, rows);
+}
+
 // Backward: w2 = x of the parent, w1 = L11^-T (S w1 - L21^T w2) = x.
+template <typename Real>
+void Multifrontal<Real>::backward(int index, const std::vector<double>& scales, double* solutions) {
+  const FrontTree& tree = *tree_;
+  const int columns = static_cast<int>(scales.size());
+  const Front& front = tree[index];
+  const int rows = front.num_rows;
+  Real* w = carried(front, scales.size());
+  const Real* panel = panels_.get() + front.panel_start;
+  for (int row = 0; row < front.num_columns; ++row) {
+    if (!negative_[static_cast<size_t>(front.first_column + row)]) continue;
+    for (int column = 0; column < columns; ++column) w[row + static_cast<ptrdiff_t>(column) * rows] *= -1;
+  }
+  if (front.num_below() > 0) {
+    const Front& parent = tree[front.parent];
+    for (int column = 0; column < columns; ++column) {
+      const Real* from =
+          carried(parent, scales.size()) + static_cast<size_t>(column) * static_cast<size_t>(parent.num_rows);
+      Real* to = w + static_cast<size_t>(column) * static_cast<size_t>(rows) + front.num_columns;
+      for (const FrontTree::Run& run : tree.runs_in_parent(index))
+        std::copy_n(from + run.place, run.length, to + run.row);
+    }
+    subtract_product(CblasTrans, front.num_below(), front.num_columns, columns, panel + front.num_columns,
+                     rows, w + front.num_columns, w, rows);
+  }
+  solve_left(CblasTrans, front.num_columns, columns, panel, rows, w, rows);
+  for (int column = 0; column < columns; ++column) {
+    double* x = solutions + static_cast<size_t>(column) * tree.permutation().size();
+    const double back = scale_ / scales[static_cast<size_t>(column)];
+    for (int row = 0; row < front.num_columns; ++row)
+      x[tree.permutation()[static_cast<size_t>(front.first_column + row)]] =
+          back * static_cast<double>(
+                     w[static_cast<size_t>(column) * static_cast<size_t>(rows) + static_cast<size_t>(row)]);
+  }
+}
+
 template <typename Real>
 void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {
   const FrontTree& tree = *tree_;
@@ -226,74 +290,18 @@ void Multifrontal<Real>::solve_block(double* right_hand_sides, int columns) {
     scales[static_cast<size_t>(column)] = inverse_power_of_two(largest);
   }
   carried_.resize(tree.total_rows() * static_cast<size_t>(columns));
-  const auto carried = [&](const Front& front) {
-    return carried_.data() + front.rows_start * static_cast<size_t>(columns);
-  };
-  const auto forward = [&](int index) {
-    const Front& front = tree[index];
-    const int rows = front.num_rows;
-    Real* w = carried(front);
-    for (int column = 0; column < columns; ++column) {
-      const double* b = right_hand_sides + static_cast<size_t>(column) * n;
-      Real* to = w + static_cast<size_t>(column) * static_cast<size_t>(rows);
-      for (int row = 0; row < front.num_columns; ++row)
-        to[row] = static_cast<Real>(b[tree.permutation()[static_cast<size_t>(front.first_column + row)]] *
-                                    scales[static_cast<size_t>(column)]);
-      std::fill_n(to + front.num_columns, front.num_below(), Real(0));
-      for (const int c : tree.children(index)) {
-        const Front& child = tree[c];
-        const Real* from = carried(child) +
-                           static_cast<size_t>(column) * static_cast<size_t>(child.num_rows) +
-                           child.num_columns;
-        for (const FrontTree::Run& run : tree.runs_in_parent(c)) add_run(run, 0, from, to);
-      }
-    }
-    const Real* panel = panels_.get() + front.panel_start;
-    solve_left(CblasNoTrans, front.num_columns, columns, panel, rows, w, rows);
-    if (front.num_below() > 0)
-      subtract_product(CblasNoTrans, front.num_below(), front.num_columns, columns, panel + front.num_columns,
-                       rows, w, w + front.num_columns, rows);
-  };
-  const auto backward = [&](int index) {
-    const Front& front = tree[index];
-    const int rows = front.num_rows;
-    Real* w = carried(front);
-    const Real* panel = panels_.get() + front.panel_start;
-    for (int row = 0; row < front.num_columns; ++row) {
-      if (!negative_[static_cast<size_t>(front.first_column + row)]) continue;
-      for (int column = 0; column < columns; ++column) w[row + static_cast<ptrdiff_t>(column) * rows] *= -1;
-    }
-    if (front.num_below() > 0) {
-      const Front& parent = tree[front.parent];
-      for (int column = 0; column < columns; ++column) {
-        const Real* from =
-            carried(parent) + static_cast<size_t>(column) * static_cast<size_t>(parent.num_rows);
-        Real* to = w + static_cast<size_t>(column) * static_cast<size_t>(rows) + front.num_columns;
-        for (const FrontTree::Run& run : tree.runs_in_parent(index))
-          std::copy_n(from + run.place, run.length, to + run.row);
-      }
-      subtract_product(CblasTrans, front.num_below(), front.num_columns, columns, panel + front.num_columns,
-                       rows, w + front.num_columns, w, rows);
-    }
-    solve_left(CblasTrans, front.num_columns, columns, panel, rows, w, rows);
-    for (int column = 0; column < columns; ++column) {
-      double* x = right_hand_sides + static_cast<size_t>(column) * n;
-      const double back = scale_ / scales[static_cast<size_t>(column)];
-      for (int row = 0; row < front.num_columns; ++row)
-        x[tree.permutation()[static_cast<size_t>(front.first_column + row)]] =
-            back * static_cast<double>(
-                       w[static_cast<size_t>(column) * static_cast<size_t>(rows) + static_cast<size_t>(row)]);
-    }
-  };
   parallel_for(threads_, static_cast<int>(branches_.size()), [&](int branch, int) {
     const int root = branches_[static_cast<size_t>(branch)].root;
-    for (int front = tree[root].first_within; front <= root; ++front) forward(front);
+    for (int front = tree[root].first_within; front <= root; ++front)
+      forward(front, right_hand_sides, scales);
   });
-  for (const int front : trunk_) forward(front);
-  for (auto front = trunk_.rbegin(); front != trunk_.rend(); ++front) backward(*front);
+  for (const int front : trunk_) forward(front, right_hand_sides, scales);
+  for (auto front = trunk_.rbegin(); front != trunk_.rend(); ++front)
+    backward(*front, scales, right_hand_sides);
   parallel_for(threads_, static_cast<int>(branches_.size()), [&](int branch, int) {
     const int root = branches_[static_cast<size_t>(branch)].root;
-    for (int front = root; front >= tree[root].first_within; --front) backward(front);
+    for (int front = root; front >= tree[root].first_within; --front)
+      backward(front, scales, right_hand_sides);
   });
 }
 

@@ -57,6 +57,9 @@ class Multifrontal {
   void track_stacks(int front, std::array<size_t, 2>& top, std::array<size_t, 2>& peak) const;
   bool eliminate(int front, Workspace& workspace, int threads);
   void add_children(int front, Real* panel, Real* update, bool to_update) const;
+  Real* carried(const Front& front, size_t columns) { return carried_.data() + front.rows_start * columns; }
+  void forward(int front, const double* b, const std::vector<double>& scales);
+  void backward(int front, const std::vector<double>& scales, double* solutions);
   void solve_block(double* right_hand_sides, int columns);
 
   const FrontTree* tree_;

@@ -28,6 +28,37 @@ constexpr double kMaxMotionRatio = 1.5;
 constexpr double kLimitPace = 30;
 constexpr double kNoPrediction = std::numeric_limits<double>::infinity();  // motion of a projected tangent
 
+bool give_up(StopCause cause, SolveReport& report) {
+  report.stopped = cause;
+  return false;
+}
+
+void set_held_dofs(const LoadCase& load, Eigen::VectorXd& displacement) {
+  for (Eigen::Index dof = 0; dof < displacement.size(); ++dof) {
+    if (load.held[static_cast<size_t>(dof)]) displacement[dof] = load.displacement[dof];
+  }
+}
+
+// The increments of follow(), in time from 0 to 1.
+struct IncrementControl {
+  const SolverSettings& settings;
+  double increment = std::min({1.0, settings.first_increment, settings.largest_increment});
+  double reached = 0;
+  double off_path_time = std::numeric_limits<double>::infinity();  // an increment to this time left the path
+  double first_pace = 0;  // predicted motion per time in the first increment
+
+  void advance_to(double time, bool easy) {
+    reached = time;
+    if (easy) increment *= 1.5;
+    increment = std::min({increment, settings.largest_increment, 1.0 - reached});
+  }
+
+  bool shows_limit_point(double pace) const {
+    const bool soft = pace > kLimitPace * first_pace;
+    return settings.keep_to_path && (soft || (off_path_time > reached && std::isfinite(off_path_time)));
+  }
+};
+
 }  // namespace
 
 StaticSolver::StaticSolver(const Assembly& assembly, LinearSolver linear_solver) : assembly_(&assembly) {
@@ -52,121 +83,123 @@ double StaticSolver::stored_energy(const Eigen::VectorXd& displacement) {
   return energy;
 }
 
-bool StaticSolver::newton(const LoadCase& load, double load_factor, int increment,
-                          Eigen::VectorXd& displacement, double start_force_scale,
-                          const SolverSettings& settings, SolveReport& report,
-                          const std::function<void(const IterationRecord&)>& progress) {
-  Eigen::VectorXd internal;
-  ElementState state = internal_force(displacement, internal);
-  const auto give_up = [&](StopCause cause) {
-    report.stopped = cause;
-    return false;
-  };
-  const auto note_trouble = [&] {
-    report.trouble_element = state.worst_element;
-    report.trouble_jacobian = state.min_jacobian;
-  };
-  note_trouble();
-  if (!(state.min_jacobian > 0)) return give_up(StopCause::inverted);
-  Eigen::VectorXd external = external_force(assembly_->model(), load, displacement);
-  Eigen::VectorXd residual_force = out_of_balance(*assembly_, load, internal, external);
-  double norm = residual_force.norm();
-  // The factor at hand belongs to the predictor or a nearby state; one back-solve tests its quality.
-  bool reuse = settings.reuse_contraction > 0 && factor_fits(load);
-  bool projected = false;
-
-  const auto scale_now = [&] {
-    return std::max({start_force_scale, force_scale(*assembly_, load, internal, external),
-                     std::numeric_limits<double>::min()});
-  };
-  const auto is_rounding = [&](double force) {
-    return force <= kRoundings * assembly_->rounding_force(displacement);
-  };
-  std::optional<double> energy;  // stored energy at `displacement`, once computed
+// The state of newton(). The forces belong to `displacement` or to the last trial.
+struct StaticSolver::NewtonState {
+  StaticSolver& solver;
+  const LoadCase& load;
+  Eigen::VectorXd& displacement;
+  SolveReport& report;
+  ElementState elements = {};
+  Eigen::VectorXd internal = {}, external = {}, residual_force = {};
+  double norm = 0;                    // of the residual at `displacement`
+  std::optional<double> energy = {};  // stored energy at `displacement`, once computed
   int nonmonotone_steps = 0;
-  int fresh_iterations = 0;
-  bool stalled = false;  // a whole step with a fresh factor did not reduce the residual
-  for (int iteration = 1;; ++iteration) {
-    const double scale = scale_now();
-    if (!std::isfinite(norm)) return give_up(StopCause::not_finite);
-    if (norm <= settings.residual_tolerance * scale || (stalled && is_rounding(norm))) {
-      report.residual = std::min(norm / scale, settings.residual_tolerance);
-      report.min_jacobian = state.min_jacobian;
-      report.worst_element = state.worst_element;
-      return true;
-    }
-    if (fresh_iterations >= settings.max_iterations) return give_up(StopCause::iterations);
 
-    Eigen::MatrixXd direction = residual_force;
-    if (reuse) {
-      single_used_ = single_used_ || factor_precision_ == Precision::single_precision;
-      if (!back_solve(direction)) return give_up(StopCause::no_tangent);
-    } else {
-      ++fresh_iterations;
-      if (!factor_and_solve(load, displacement, direction, projected, report))
-        return give_up(StopCause::no_tangent);
-    }
-    if (iteration == 1) predicted_motion_ += projected ? kNoPrediction : direction.norm();
+  // Computes the forces of a trial. False if an element inverts.
+  bool evaluate(const Eigen::VectorXd& trial) {
+    elements = solver.internal_force(trial, internal);
+    report.trouble_element = elements.worst_element;
+    report.trouble_jacobian = elements.min_jacobian;
+    if (!(elements.min_jacobian > 0)) return false;
+    external = external_force(solver.assembly_->model(), load, trial);
+    residual_force = out_of_balance(*solver.assembly_, load, internal, external);
+    return true;
+  }
+
+  void restore() {
+    elements = solver.internal_force(displacement, internal);
+    external = external_force(solver.assembly_->model(), load, displacement);
+    residual_force = out_of_balance(*solver.assembly_, load, internal, external);
+  }
+
+  // Moves `displacement` by the first accepted step along `direction`. Returns s; 0 if no step is accepted.
+  // `may_rise`: a few whole steps may fail condition 2 (static_solver.hpp).
+  double line_search(const Eigen::MatrixXd& direction, bool may_rise) {
     // Slope dPi/ds. The bound 0 forbids a rise of the energy where pressures let the direction point uphill.
     const double slope = std::min(0.0, -residual_force.dot(direction.col(0)));
-
-    IterationRecord record;
-    record.increment = increment;
-    record.load_factor = load_factor;
-    record.iteration = iteration;
-    record.projected = projected;
-    const double norm_before = norm;
-    const bool fresh = !reuse;
     double step = 1.0;
-    std::optional<double> trial_energy;
     for (int backtrack = 0; backtrack <= kMaxBacktracks; ++backtrack, step *= 0.5) {
       const Eigen::VectorXd move = step * direction.col(0);
       const Eigen::VectorXd trial = displacement + move;
-      trial_energy.reset();
-      state = internal_force(trial, internal);
-      note_trouble();
-      if (!(state.min_jacobian > 0)) continue;
-      external = external_force(assembly_->model(), load, trial);
-      residual_force = out_of_balance(*assembly_, load, internal, external);
+      if (!evaluate(trial)) continue;
+      std::optional<double> trial_energy;
       const double trial_norm = residual_force.norm();
-      bool falls = trial_norm <= kResidualDecrease * norm_before;
+      bool falls = trial_norm <= kResidualDecrease * norm;
       if (!falls) {
-        if (!energy) energy = stored_energy(displacement);
-        trial_energy = stored_energy(trial);
-        const double work =
-            load.force.dot(move) + pressure_work(assembly_->model(), load.pressures, displacement, move);
+        if (!energy) energy = solver.stored_energy(displacement);
+        trial_energy = solver.stored_energy(trial);
+        const double work = load.force.dot(move) +
+                            pressure_work(solver.assembly_->model(), load.pressures, displacement, move);
         falls = *trial_energy - work <= *energy + kSufficientDecrease * step * slope;
       }
-      const bool nonmonotone = !falls && fresh && !projected && step == 1.0 &&
-                               nonmonotone_steps < kNonmonotoneSteps && std::isfinite(trial_norm);
+      const bool nonmonotone = !falls && may_rise && step == 1.0 && nonmonotone_steps < kNonmonotoneSteps &&
+                               std::isfinite(trial_norm);
       if (falls || nonmonotone) {
         nonmonotone_steps += nonmonotone;
         displacement = trial;
         energy = trial_energy;
         norm = trial_norm;
-        record.step = step;
-        break;
+        return step;
       }
     }
-    ++report.iterations;
-    if (record.step == 0.0) {
-      // No trial was accepted: restore the state. An old factor gets a second attempt with a fresh factor.
-      state = internal_force(displacement, internal);
-      external = external_force(assembly_->model(), load, displacement);
-      residual_force = out_of_balance(*assembly_, load, internal, external);
+    return 0;
+  }
+};
+
+bool StaticSolver::newton(const LoadCase& load, double load_factor, int increment,
+                          Eigen::VectorXd& displacement, double start_force_scale,
+                          const SolverSettings& settings, SolveReport& report,
+                          const std::function<void(const IterationRecord&)>& progress) {
+  NewtonState at = {*this, load, displacement, report};
+  if (!at.evaluate(displacement)) return give_up(StopCause::inverted, report);
+  at.norm = at.residual_force.norm();
+  // The factor at hand belongs to the predictor or a nearby state; one back-solve tests its quality.
+  bool reuse = settings.reuse_contraction > 0 && factor_fits(load);
+  bool projected = false;
+  const auto scale_now = [&] {
+    return std::max({start_force_scale, force_scale(*assembly_, load, at.internal, at.external),
+                     std::numeric_limits<double>::min()});
+  };
+  const auto is_rounding = [&] { return at.norm <= kRoundings * assembly_->rounding_force(displacement); };
+  int fresh_iterations = 0;
+  bool stalled = false;  // a whole step with a fresh factor did not reduce the residual
+  for (int iteration = 1;; ++iteration) {
+    const double scale = scale_now();
+    if (!std::isfinite(at.norm)) return give_up(StopCause::not_finite, report);
+    if (at.norm <= settings.residual_tolerance * scale || (stalled && is_rounding())) {
+      report.residual = std::min(at.norm / scale, settings.residual_tolerance);
+      report.min_jacobian = at.elements.min_jacobian;
+      report.worst_element = at.elements.worst_element;
+      return true;
     }
-    record.residual = norm / scale_now();
-    record.min_jacobian = state.min_jacobian;
+    if (fresh_iterations >= settings.max_iterations) return give_up(StopCause::iterations, report);
+
+    Eigen::MatrixXd direction = at.residual_force;
+    const bool fresh = !reuse;
+    fresh_iterations += fresh;
+    if (reuse) single_used_ = single_used_ || factor_precision_ == Precision::single_precision;
+    const bool solved =
+        reuse ? back_solve(direction) : factor_and_solve(load, displacement, direction, projected, report);
+    if (!solved) return give_up(StopCause::no_tangent, report);
+    if (iteration == 1) predicted_motion_ += projected ? kNoPrediction : direction.norm();
+    const double norm_before = at.norm;
+    IterationRecord record = {increment, load_factor, iteration};
+    record.projected = projected;
+    record.step = at.line_search(direction, fresh && !projected);
+    ++report.iterations;
+    if (record.step == 0.0) at.restore();
+    record.residual = at.norm / scale_now();
+    record.min_jacobian = at.elements.min_jacobian;
     report.history.push_back(record);
     if (progress) progress(record);
-    if (record.step == 0.0) {
-      if (fresh && !is_rounding(norm)) return give_up(StopCause::no_descent);
+    if (record.step == 0.0) {  // an old factor gets a second attempt with a fresh factor
+      if (fresh && !is_rounding()) return give_up(StopCause::no_descent, report);
       stalled = fresh;
       reuse = false;
       continue;
     }
-    stalled = fresh && norm > kStall * norm_before;
-    reuse = !projected && record.step == 1.0 && norm <= settings.reuse_contraction * norm_before;
+    stalled = fresh && at.norm > kStall * norm_before;
+    reuse = !projected && record.step == 1.0 && at.norm <= settings.reuse_contraction * norm_before;
   }
 }
 
@@ -225,10 +258,8 @@ bool StaticSolver::take_increment(const LoadCase& load, double load_factor, int 
   if (held_motion.cwiseAbs().maxCoeff() > 0) {
     Eigen::MatrixXd response = -assembly_->tangent_times(displacement, held_motion);
     bool projected = false;
-    if (!factor_and_solve(load, displacement, response, projected, report)) {
-      report.stopped = StopCause::no_tangent;
-      return false;
-    }
+    if (!factor_and_solve(load, displacement, response, projected, report))
+      return give_up(StopCause::no_tangent, report);
     displacement += (held_motion + response).col(0);
     predicted_motion_ = projected ? kNoPrediction : (held_motion + response).norm();
   }
@@ -263,7 +294,6 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
                                  Eigen::VectorXd& displacement, const SolverSettings& settings,
                                  const std::function<void(const IterationRecord&)>& progress) {
   SolveReport report;
-  const int num_dofs = assembly_->num_dofs();
   Eigen::VectorXd internal;
   const ElementState state = internal_force(displacement, internal);
   const double start_force_scale =
@@ -273,18 +303,16 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
 
   const LoadPath path(from, loads, assembly_->model(), displacement, internal);
 
-  double reached = 0;
-  double off_path_time = std::numeric_limits<double>::infinity();  // an increment to this time left the path
-  double first_pace = 0;  // predicted motion per time in the first increment
-  double increment = std::min({1.0, settings.first_increment, settings.largest_increment});
-  while (reached < 1.0) {
+  IncrementControl control = {settings};
+  while (control.reached < 1.0) {
     if (report.increments >= settings.max_increments) {
       report.stopped = StopCause::increments;
       return report;
     }
     const int attempt = report.increments + 1;
     // Extend the last increment instead of leaving a tiny remainder.
-    const double target = reached + increment > 1.0 - 1e-9 ? 1.0 : reached + increment;
+    const double end = control.reached + control.increment;
+    const double target = end > 1.0 - 1e-9 ? 1.0 : end;
     const LoadCase load = path.at(target);
 
     Eigen::VectorXd trial;
@@ -294,32 +322,25 @@ SolveReport StaticSolver::follow(const LoadCase& from, const std::function<LoadC
       factors_before = report.factorizations;
       return take_increment(load, target, attempt, trial, start_force_scale, settings, report, progress);
     });
-    const double pace = predicted_motion_ / (target - reached);
-    if (first_pace == 0) first_pace = pace;
+    const double pace = predicted_motion_ / (target - control.reached);
+    if (control.first_pace == 0) control.first_pace = pace;
     const bool easy = report.factorizations - factors_before <= kEasyFactors;
     if (converged && settings.keep_to_path &&
-        !stays_on_path(path.at(reached), load, displacement, trial, report)) {
+        !stays_on_path(path.at(control.reached), load, displacement, trial, report)) {
       converged = false;
-      off_path_time = target;
+      control.off_path_time = target;
     }
     if (converged) {
       displacement = trial;
-      for (int dof = 0; dof < num_dofs; ++dof) {
-        if (load.held[static_cast<size_t>(dof)])
-          displacement[dof] = load.displacement[dof];  // exact at the end
-      }
-      reached = target;
+      set_held_dofs(load, displacement);  // exact at the end
+      control.advance_to(target, easy);
       report.increments = attempt;
-      report.load_factor = reached;
-      if (easy) increment *= 1.5;
-      increment = std::min({increment, settings.largest_increment, 1.0 - reached});
+      report.load_factor = target;
     } else {
       ++report.cutbacks;
-      increment = 0.5 * (target - reached);
-      if (increment < settings.smallest_increment) {
-        const bool soft = pace > kLimitPace * first_pace;
-        if (settings.keep_to_path && (soft || (off_path_time > reached && std::isfinite(off_path_time))))
-          report.stopped = StopCause::limit_point;
+      control.increment = 0.5 * (target - control.reached);
+      if (control.increment < settings.smallest_increment) {
+        if (control.shows_limit_point(pace)) report.stopped = StopCause::limit_point;
         return report;
       }
     }

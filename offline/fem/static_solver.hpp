@@ -154,6 +154,8 @@ class StaticSolver {
   long num_factorizations() const { return num_factorizations_; }
 
  private:
+  struct NewtonState;
+
   bool newton(const LoadCase& load, double load_factor, int increment, Eigen::VectorXd& displacement,
               double start_force_scale, const SolverSettings& settings, SolveReport& report,
               const std::function<void(const IterationRecord&)>& progress);

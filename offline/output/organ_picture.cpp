@@ -106,6 +106,45 @@ double middle_on_screen(const std::vector<Eigen::Vector3d>& points, const Camera
   return 0.5 * (low + high);
 }
 
+// Layout of the page in pixels. `text`: size of the labels; `middle`: border between the panels.
+struct PageLayout {
+  double text, margin;
+  int top, bottom, left, middle, panel_width, panel_height;
+};
+
+PageLayout lay_out(const PictureInput& input, const PictureOptions& options) {
+  const double text = std::min(options.width / 80.0, options.height / 36.0);
+  const double margin = 1.6 * text;
+  const double bar_width = 7.0 * text;
+  const int top = static_cast<int>(input.title.empty() ? margin : 4.2 * text);
+  const int bottom = static_cast<int>(options.height - (input.caption.empty() ? 3.2 * text : 5.2 * text));
+  const int panel_width = static_cast<int>((options.width - 2.0 * margin - bar_width) / 2.0);
+  const int left = static_cast<int>(margin);
+  return {text, margin, top, bottom, left, left + panel_width, panel_width, bottom - top};
+}
+
+// Draws the colour bar and all texts. `label_x`: middle of the organ, pixels from the panel's left border.
+void annotate(Canvas& canvas, const PictureInput& input, const PictureOptions& options,
+              const PageLayout& page, double largest, double label_x) {
+  const auto& [text, margin, top, bottom, left, middle, panel_width, panel_height] = page;
+  const double bar_height = 0.62 * panel_height;
+  const double bar_left = middle + panel_width + 2.0 * text;
+  const double bar_top = top + 0.5 * (panel_height - bar_height);
+  canvas.draw_colour_bar(bar_left, bar_top, 1.2 * text, bar_height, largest, 0.85 * text, shaded_colour);
+  const TextStyle label{text, false, Align::kCentre, {0.30, 0.31, 0.34}};
+  canvas.draw_text(options.rest_label, left + label_x, bottom + 1.3 * text, panel_width, label);
+  canvas.draw_text(options.pushed_label, middle + label_x, bottom + 1.3 * text, panel_width, label);
+  TextStyle bar_label = label;
+  bar_label.size = 0.85 * text;
+  bar_label.align = Align::kRight;
+  canvas.draw_text(input.length_unit.empty() ? "displacement" : "displacement, " + input.length_unit,
+                   options.width - margin, bar_top - text, 10 * text, bar_label);
+  const double line_width = options.width - 2.0 * margin;
+  canvas.draw_text(input.title, margin, 2.7 * text, line_width, {1.5 * text, true, Align::kLeft});
+  canvas.draw_text(input.caption, margin, options.height - 1.3 * text, line_width,
+                   {0.95 * text, false, Align::kLeft, {0.30, 0.31, 0.34}});
+}
+
 std::unique_ptr<Canvas> compose(const PictureInput& input, const PictureOptions& options) {
   check(input, options);
   const DrawnOrgan organ = drawn_part(input);
@@ -124,24 +163,13 @@ std::unique_ptr<Canvas> compose(const PictureInput& input, const PictureOptions&
     tools.push_back(tool_surface(placed, to_linear(kTool)));
     shown.insert(shown.end(), tools.back().points.begin(), tools.back().points.end());
   }
-
-  // Layout, in units of the text size.
-  const double text = std::min(options.width / 80.0, options.height / 36.0);
-  const double margin = 1.6 * text;
-  const double bar_width = 7.0 * text;
-  const int top = static_cast<int>(input.title.empty() ? margin : 4.2 * text);
-  const int bottom = static_cast<int>(options.height - (input.caption.empty() ? 3.2 * text : 5.2 * text));
-  const int panel_width = static_cast<int>((options.width - 2.0 * margin - bar_width) / 2.0);
-  const int panel_height = bottom - top;
-  const int left = static_cast<int>(margin);
-  const int middle = left + panel_width;
-
+  const PageLayout page = lay_out(input, options);
   const Eigen::Vector3d view =
       options.view_direction
           ? *options.view_direction
           : automatic_view(organ.pushed, organ.triangles, organ.distance, first_tool, options.up);
-  const Camera camera = fit_camera(shown, view, options.up, panel_width, panel_height, 0.9 * text);
-
+  const Camera camera =
+      fit_camera(shown, view, options.up, page.panel_width, page.panel_height, 0.9 * page.text);
   const LitSurface rest{
       organ.rest, organ.triangles, organ.distance, [](double) { return to_linear(kTissue); }, 0.16, 0.13};
   const auto colour = [largest](double distance) {
@@ -150,31 +178,15 @@ std::unique_ptr<Canvas> compose(const PictureInput& input, const PictureOptions&
   LitSurface pushed{organ.pushed, organ.triangles, organ.distance, colour, 0.03, 0.20};
   std::vector<LitSurface> pushed_scene = tools;
   pushed_scene.push_back(std::move(pushed));
-  LinearImage pushed_image = render(pushed_scene, camera, panel_width, panel_height);
-  add_ghost(pushed_image, render(tools, camera, panel_width, panel_height));
+  LinearImage pushed_image = render(pushed_scene, camera, page.panel_width, page.panel_height);
+  add_ghost(pushed_image, render(tools, camera, page.panel_width, page.panel_height));
 
-  auto page = std::make_unique<Canvas>(options.width, options.height, kPage);
-  Canvas& canvas = *page;
-  canvas.draw_image(render(std::span(&rest, 1), camera, panel_width, panel_height), left, top);
-  canvas.draw_image(pushed_image, middle, top);
-  const double bar_height = 0.62 * panel_height;
-  const double bar_left = middle + panel_width + 2.0 * text;
-  const double bar_top = top + 0.5 * (panel_height - bar_height);
-  canvas.draw_colour_bar(bar_left, bar_top, 1.2 * text, bar_height, largest, 0.85 * text, shaded_colour);
-  const TextStyle label{text, false, Align::kCentre, {0.30, 0.31, 0.34}};
-  const double label_x = middle_on_screen(organ.rest, camera, panel_width);
-  canvas.draw_text(options.rest_label, left + label_x, bottom + 1.3 * text, panel_width, label);
-  canvas.draw_text(options.pushed_label, middle + label_x, bottom + 1.3 * text, panel_width, label);
-  TextStyle bar_label = label;
-  bar_label.size = 0.85 * text;
-  bar_label.align = Align::kRight;
-  canvas.draw_text(input.length_unit.empty() ? "displacement" : "displacement, " + input.length_unit,
-                   options.width - margin, bar_top - text, 10 * text, bar_label);
-  const double line_width = options.width - 2.0 * margin;
-  canvas.draw_text(input.title, margin, 2.7 * text, line_width, {1.5 * text, true, Align::kLeft});
-  canvas.draw_text(input.caption, margin, options.height - 1.3 * text, line_width,
-                   {0.95 * text, false, Align::kLeft, {0.30, 0.31, 0.34}});
-  return page;
+  auto canvas = std::make_unique<Canvas>(options.width, options.height, kPage);
+  canvas->draw_image(render(std::span(&rest, 1), camera, page.panel_width, page.panel_height), page.left,
+                     page.top);
+  canvas->draw_image(pushed_image, page.middle, page.top);
+  annotate(*canvas, input, options, page, largest, middle_on_screen(organ.rest, camera, page.panel_width));
+  return canvas;
 }
 
 }  // namespace

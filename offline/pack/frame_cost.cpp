@@ -47,71 +47,77 @@ void count_compressed(const CompressedCompliance& compressed, const ContactSites
   cost.force_bytes = pair_bytes;
 }
 
+FrameCost linear_cost(const PackContent& content, std::uint64_t rows) {
+  // A new contact inserts its m nodes successively (runtime/src/linear), n = 3 m:
+  //   6 (3 i)^2 for insertion number i,   9 n^2 for refinement,   3 n m for unit forces,
+  //   36 m for the stiffness,   3 n for the nodal forces,   n for the force.
+  // Bytes: a 3 x 3 block for each pair of nodes, and a second read of the row of a node.
+  std::uint64_t m = 0;
+  for (const ContactSite& site : content.sites.sites) m = std::max<std::uint64_t>(m, site.patch.size());
+  const std::uint64_t n = 3 * m;
+  FrameCost cost;
+  cost.model = SurveyedModel::linear_dd;
+  cost.force_operations = 54 * ((m - 1) * m * (2 * m - 1) / 6) + 9 * n * n + 3 * n * m + 36 * m + 4 * n;
+  cost.force_bytes = (m * (m + 1) / 2 + m) * 9 * sizeof(double);
+  cost.field_operations = rows * n;
+  cost.field_bytes = rows * n * sizeof(pack::Real);
+  if (content.compressed != nullptr) count_compressed(*content.compressed, content.sites, cost);
+  return cost;
+}
+
+FrameCost zone_cost(const PackContent& content, std::uint64_t rows) {
+  // Counts the default limit of Newton iterations in a frame, with m unknowns. Each iteration has
+  // substitutions, a product with the exterior stiffness, and element forces.
+  const auto m = static_cast<std::uint64_t>(3 * content.zone->most_nodes);
+  const auto boundary = static_cast<std::uint64_t>(3 * content.zone->most_boundary_nodes);
+  const auto elements = static_cast<std::uint64_t>(content.zone->most_elements);
+  std::uint64_t dofs = 0;  // of the largest element of the organ
+  for (const Tetrahedron& element : content.model.elements)
+    dofs = std::max<std::uint64_t>(dofs, 3 * element.nodes().size());
+  constexpr std::uint64_t kIterations = 4;
+  FrameCost cost;
+  cost.model = SurveyedModel::nonlinear_zone;
+  constexpr std::uint64_t kOperationsOfDof = 12;  // for the forces of an element
+  cost.force_operations = kIterations * (m * m + boundary * boundary + elements * kOperationsOfDof * dofs);
+  cost.force_bytes = static_cast<std::uint64_t>(content.zone->most_nodes) * sizeof(pack::OrganNode);
+  // A field reads the last result of the refining lane, and three columns for each node of the patch.
+  std::uint64_t patch = 0;
+  for (const ContactSite& site : content.sites.sites)
+    patch = std::max<std::uint64_t>(patch, site.patch_nodes.size());
+  cost.field_operations = rows * 3 * patch;
+  cost.field_bytes = rows * (1 + 3 * patch) * sizeof(pack::Real);
+  return cost;
+}
+
+FrameCost polynomial_cost(const PackContent& content, std::uint64_t rows) {
+  // Counts six Hessian entries, a product each, for each monomial two degrees below a term of the energy.
+  FrameCost cost;
+  cost.model = SurveyedModel::polynomial_dd;
+  for (const SiteResult& result : *content.polynomials) {
+    const auto degree = static_cast<uint32_t>(result.polynomial.degree);
+    const auto rank = static_cast<uint32_t>(result.polynomial.basis.cols());
+    const std::uint64_t field_terms = std::uint64_t{rank} * pack::num_monomials(2, degree);
+    cost.force_operations =
+        std::max<std::uint64_t>(cost.force_operations, std::uint64_t{7} * pack::num_monomials(0, degree - 1));
+    cost.force_bytes =
+        std::max<std::uint64_t>(cost.force_bytes, pack::num_monomials(2, degree + 1) * sizeof(double));
+    cost.field_operations = std::max(cost.field_operations, rows * (3 + rank) + field_terms);
+    cost.field_bytes = std::max<std::uint64_t>(
+        cost.field_bytes, rows / pack::kPanelRows * pack::field_panel_bytes(3 + rank, content.rounded) +
+                              field_terms * sizeof(pack::Real));
+  }
+  return cost;
+}
+
 }  // namespace
 
 std::vector<FrameCost> count_frame_costs(const PackContent& content) {
   const std::uint64_t rows = pack::num_panels(static_cast<uint32_t>(content.sites.packed_nodes.size())) *
                              std::uint64_t{pack::kPanelRows};
   std::vector<FrameCost> costs;
-  if (content.has_linear()) {
-    // A new contact inserts its m nodes successively (runtime/src/linear), n = 3 m:
-    //   6 (3 i)^2 for insertion number i,   9 n^2 for refinement,   3 n m for unit forces,
-    //   36 m for the stiffness,   3 n for the nodal forces,   n for the force.
-    // Bytes: a 3 x 3 block for each pair of nodes, and a second read of the row of a node.
-    std::uint64_t m = 0;
-    for (const ContactSite& site : content.sites.sites) m = std::max<std::uint64_t>(m, site.patch.size());
-    const std::uint64_t n = 3 * m;
-    FrameCost cost;
-    cost.model = SurveyedModel::linear_dd;
-    cost.force_operations = 54 * ((m - 1) * m * (2 * m - 1) / 6) + 9 * n * n + 3 * n * m + 36 * m + 4 * n;
-    cost.force_bytes = (m * (m + 1) / 2 + m) * 9 * sizeof(double);
-    cost.field_operations = rows * n;
-    cost.field_bytes = rows * n * sizeof(pack::Real);
-    if (content.compressed != nullptr) count_compressed(*content.compressed, content.sites, cost);
-    costs.push_back(cost);
-  }
-  if (content.zone != nullptr) {
-    // Counts the default limit of Newton iterations in a frame, with m unknowns. Each iteration has
-    // substitutions, a product with the exterior stiffness, and element forces.
-    const auto m = static_cast<std::uint64_t>(3 * content.zone->most_nodes);
-    const auto boundary = static_cast<std::uint64_t>(3 * content.zone->most_boundary_nodes);
-    const auto elements = static_cast<std::uint64_t>(content.zone->most_elements);
-    std::uint64_t dofs = 0;  // of the largest element of the organ
-    for (const Tetrahedron& element : content.model.elements)
-      dofs = std::max<std::uint64_t>(dofs, 3 * element.nodes().size());
-    constexpr std::uint64_t kIterations = 4;
-    FrameCost cost;
-    cost.model = SurveyedModel::nonlinear_zone;
-    constexpr std::uint64_t kOperationsOfDof = 12;  // for the forces of an element
-    cost.force_operations = kIterations * (m * m + boundary * boundary + elements * kOperationsOfDof * dofs);
-    cost.force_bytes = static_cast<std::uint64_t>(content.zone->most_nodes) * sizeof(pack::OrganNode);
-    // A field reads the last result of the refining lane, and three columns for each node of the patch.
-    std::uint64_t patch = 0;
-    for (const ContactSite& site : content.sites.sites)
-      patch = std::max<std::uint64_t>(patch, site.patch_nodes.size());
-    cost.field_operations = rows * 3 * patch;
-    cost.field_bytes = rows * (1 + 3 * patch) * sizeof(pack::Real);
-    costs.push_back(cost);
-  }
-  if (content.polynomials != nullptr) {
-    // Counts six Hessian entries, a product each, for each monomial two degrees below a term of the energy.
-    FrameCost cost;
-    cost.model = SurveyedModel::polynomial_dd;
-    for (const SiteResult& result : *content.polynomials) {
-      const auto degree = static_cast<uint32_t>(result.polynomial.degree);
-      const auto rank = static_cast<uint32_t>(result.polynomial.basis.cols());
-      const std::uint64_t field_terms = std::uint64_t{rank} * pack::num_monomials(2, degree);
-      cost.force_operations = std::max<std::uint64_t>(cost.force_operations,
-                                                      std::uint64_t{7} * pack::num_monomials(0, degree - 1));
-      cost.force_bytes =
-          std::max<std::uint64_t>(cost.force_bytes, pack::num_monomials(2, degree + 1) * sizeof(double));
-      cost.field_operations = std::max(cost.field_operations, rows * (3 + rank) + field_terms);
-      cost.field_bytes = std::max<std::uint64_t>(
-          cost.field_bytes, rows / pack::kPanelRows * pack::field_panel_bytes(3 + rank, content.rounded) +
-                                field_terms * sizeof(pack::Real));
-    }
-    costs.push_back(cost);
-  }
+  if (content.has_linear()) costs.push_back(linear_cost(content, rows));
+  if (content.zone != nullptr) costs.push_back(zone_cost(content, rows));
+  if (content.polynomials != nullptr) costs.push_back(polynomial_cost(content, rows));
   return costs;
 }
 

@@ -74,6 +74,49 @@ bool is_zone_wanted(const Model& model, const Scene& scene) {
   return scene.zone.value_or(is_useful);
 }
 
+void print_compliance(const Scene& scene, const ContactSites& sites) {
+  if (!has_compliance(scene)) return;
+  const double dense = dense_bytes(sites) / 1e6;
+  if (is_to_be_compressed(scene, sites)) {
+    fmt::print("compliance compressed, entries right to {:g}; dense it would take {:.1f} MB\n",
+               kComplianceTolerance, dense);
+  } else {
+    fmt::print("compliance dense, {:.1f} MB\n", dense);
+  }
+}
+
+void print_volumes(const Model& model, const Scene& scene) {
+  const VolumePatchCount patches = count_volume_patches(model);
+  if (patches.patches == 0) return;
+  fmt::print("volumes    {} shared by {} to {} elements each{}\n", patches.patches, patches.fewest_elements,
+             patches.most_elements,
+             scene.max_contacts > 1 && shares_linear_volumes(model)
+                 ? "; nonlinear zones do not support small-strain *ELASTIC and are left out"
+                 : "");
+}
+
+// Prints the planned zones, or why the pack has none. Returns the bytes that zones add to the pack.
+double print_zones(const Model& model, const Scene& scene, const ContactSites& sites) {
+  if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
+    const double organ_size = organ_bytes(model);
+    fmt::print(
+        "zones      {} ring{}: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements{}\n",
+        zone->rings, zone->rings > 1 ? "s" : "", zone->num_nodes, zone->num_elements, organ_size / 1e6,
+        zone->most_nodes, zone->most_elements,
+        scene.max_contacts > static_cast<int>(pack::kMostZoneContacts)
+            ? fmt::format("; more than {} contacts at once are answered by the linear model",
+                          pack::kMostZoneContacts)
+            : "");
+    return organ_size;
+  }
+  if (is_zone_wanted(model, scene))
+    fmt::print(
+        "zones      none: one ring would take more than [budget] frame_us = {:g}; several contacts are "
+        "answered by the linear model\n",
+        scene.frame_budget_us);
+  return 0;
+}
+
 }  // namespace
 
 bool has_compliance(const Scene& scene) {
@@ -221,15 +264,15 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
       static_cast<double>(num_sets) +
       static_cast<double>(worked) *
           static_cast<double>(samples_of_site(scene, plan) + static_cast<size_t>(plan.survey_samples));
-  const bool compressed = is_to_be_compressed(scene, sites);
   constexpr double kFactorsPerSolve = 2.2;  // includes back-solves, assembly and tangents
   double factors = kFactorsPerSolve * solves;
   constexpr double kFactorsPerSeries = 5;
   if (plan.fewest) factors += kFactorsPerSeries * static_cast<double>(worked);
   const int jobs = std::min(plan.jobs * processes, static_cast<int>(worked));
   const PolynomialSize usual = plan.target <= kFineTarget ? PolynomialSize{7, 28} : PolynomialSize{5, 18};
-  double bytes = estimate_pack_bytes(sites, has_compliance(scene),
-                                     scene.polynomial ? usual : PolynomialSize(), plan.rounded, compressed);
+  double bytes =
+      estimate_pack_bytes(sites, has_compliance(scene), scene.polynomial ? usual : PolynomialSize(),
+                          plan.rounded, is_to_be_compressed(scene, sites));
   for (const InputFile& input : inputs)
     bytes += scene.embed_inputs ? static_cast<double>(input.contents.size()) : 0;
   fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
@@ -238,40 +281,9 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
   fmt::print("scene      {} sites, {} contact nodes, {} shown nodes, |d| to {:.4g} ({:.2f} h)\n",
              sites.sites.size(), sites.contact_nodes.size(), sites.packed_nodes.size(),
              scene.max_displacement, scene.max_displacement / sites.mean_surface_edge);
-  if (has_compliance(scene)) {
-    const double dense = dense_bytes(sites) / 1e6;
-    if (compressed) {
-      fmt::print("compliance compressed, entries right to {:g}; dense it would take {:.1f} MB\n",
-                 kComplianceTolerance, dense);
-    } else {
-      fmt::print("compliance dense, {:.1f} MB\n", dense);
-    }
-  }
-  if (const VolumePatchCount patches = count_volume_patches(model); patches.patches > 0) {
-    fmt::print("volumes    {} shared by {} to {} elements each{}\n", patches.patches, patches.fewest_elements,
-               patches.most_elements,
-               scene.max_contacts > 1 && shares_linear_volumes(model)
-                   ? "; nonlinear zones do not support small-strain *ELASTIC and are left out"
-                   : "");
-  }
-  if (const std::optional<ZoneTables> zone = plan_zone(model, scene, sites)) {
-    const double organ_size = organ_bytes(model);
-    bytes += organ_size;
-    fmt::print(
-        "zones      {} ring{}: {} nodes, {} elements, {:.1f} MB; of a site up to {} nodes, {} elements{}\n",
-        zone->rings, zone->rings > 1 ? "s" : "", zone->num_nodes, zone->num_elements, organ_size / 1e6,
-        zone->most_nodes, zone->most_elements,
-        scene.max_contacts > static_cast<int>(pack::kMostZoneContacts)
-            ? fmt::format("; more than {} contacts at once are answered by the linear model",
-                          pack::kMostZoneContacts)
-            : "");
-  } else if (is_zone_wanted(model, scene)) {
-    fmt::print(
-        "zones      none: one ring would take more than [budget] frame_us = {:g}; several contacts are "
-        "answered "
-        "by the linear model\n",
-        scene.frame_budget_us);
-  }
+  print_compliance(scene, sites);
+  print_volumes(model, scene);
+  bytes += print_zones(model, scene, sites);
   // On small meshes assembly, tangents and fits cost more than the factorisation.
   constexpr double kSecondsPerElement = 5e-6;
   const double seconds =

@@ -228,8 +228,7 @@ double ModelUnitSession::refine() {
 std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_contact> contacts) {
   rotate_patches(0);
   contact_frame({});  // at rest
-  std::vector<pal_contact> step_contacts(contacts.begin(), contacts.end());
-  std::vector<pal_contact_result> results = contact_frame(step_contacts);
+  std::vector<pal_contact_result> results = contact_frame(contacts);
   if (results.empty() || results.front().model != PAL_MODEL_ZONE) return results;
   contact_frame({});  // back to rest
   change_ = 0;
@@ -237,9 +236,6 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
   constexpr int kStepsOfForce = 16;
   constexpr double kStepsPerRadian = 16;
   constexpr int kMostSteps = 64;
-  constexpr int kMostFrames = 16;  // for one load step
-  constexpr int kMostHoldFrames = 256;
-  const auto is_converged = [&] { return (results.front().flags & PAL_FLAG_UNCONVERGED) == 0; };
   double farthest = 0;
   int least_steps = 1;
   for (const pal_contact& contact : contacts) {
@@ -253,6 +249,17 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
   const int steps =
       std::max(least_steps,
                static_cast<int>(std::min(std::ceil(kStepsPerEdge * farthest / edge), double{kMostSteps})));
+  results = ramp(contacts, steps);
+  for (const Eigen::Vector3d& rotation : rotations_) farthest = std::max(farthest, edge * rotation.norm());
+  for (const pal_contact_result& result : results)
+    farthest = std::max(farthest, Eigen::Vector3d(result.displacement).norm());
+  return hold(contacts, farthest);
+}
+
+std::vector<pal_contact_result> ModelUnitSession::ramp(std::span<const pal_contact> contacts, int steps) {
+  constexpr int kMostFrames = 16;  // for one load step
+  std::vector<pal_contact> step_contacts(contacts.begin(), contacts.end());
+  std::vector<pal_contact_result> results;
   for (int step = 1; step <= steps; ++step) {
     for (size_t c = 0; c < contacts.size(); ++c) {
       for (size_t axis = 0; axis < 3; ++axis) {
@@ -263,23 +270,27 @@ std::vector<pal_contact_result> ModelUnitSession::settle(std::span<const pal_con
     rotate_patches(static_cast<double>(step) / steps);
     for (int frame = 0; frame < kMostFrames; ++frame) {
       results = contact_frame(step_contacts);
-      if (is_converged()) break;
+      if ((results.front().flags & PAL_FLAG_UNCONVERGED) == 0) break;
     }
     if (refines_) refine();
   }
-  // Hold the contacts until the exterior is in equilibrium, then until the runtime has renewed the stiffness.
-  constexpr double kRefined = 1e-6;  // of the largest displacement
+  return results;
+}
+
+std::vector<pal_contact_result> ModelUnitSession::hold(std::span<const pal_contact> contacts,
+                                                       double largest_displacement) {
+  constexpr int kMostHoldFrames = 256;
+  constexpr double kRefined = 1e-6;  // fraction of the largest displacement
   bool is_refined = !refines_;
-  for (const Eigen::Vector3d& rotation : rotations_) farthest = std::max(farthest, edge * rotation.norm());
-  for (const pal_contact_result& result : results)
-    farthest = std::max(farthest, Eigen::Vector3d(result.displacement).norm());
+  std::vector<pal_contact_result> results;
   for (int frame = 0, unchanged_frames = 0;
        frame < kMostHoldFrames && unchanged_frames <= PAL_ZONE_STIFFNESS_FRAMES; ++frame) {
-    const bool has_changed_nothing = is_refined || refine() <= kRefined * farthest;
+    const bool has_changed_nothing = is_refined || refine() <= kRefined * largest_displacement;
     results = contact_frame(contacts);
     is_refined =
         is_refined || (has_changed_nothing && frame > 0 && (results.front().flags & PAL_FLAG_UNREFINED) == 0);
-    unchanged_frames = is_refined && is_converged() ? unchanged_frames + 1 : 0;
+    const bool is_converged = (results.front().flags & PAL_FLAG_UNCONVERGED) == 0;
+    unchanged_frames = is_refined && is_converged ? unchanged_frames + 1 : 0;
   }
   for (pal_contact_result& result : results) {
     if (!is_refined) result.flags |= PAL_FLAG_UNREFINED;

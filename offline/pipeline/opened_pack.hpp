@@ -74,6 +74,10 @@ class ModelUnitSession {
  private:
   ModelUnitSession(const OpenedPack& opened, const pal_session_config& config, bool refines);
   void rotate_patches(double fraction);
+  // Raises contacts and rotations from rest in equal steps. Returns the results of the last step.
+  std::vector<pal_contact_result> ramp(std::span<const pal_contact> contacts, int steps);
+  // Holds the contacts until the exterior is in equilibrium, then until the stiffness is renewed.
+  std::vector<pal_contact_result> hold(std::span<const pal_contact> contacts, double largest_displacement);
 
   const OpenedPack* opened_;
   AlignedBytes arena_;

@@ -165,6 +165,82 @@ class Section {
   std::string html_;
 };
 
+void add_validation(const OrganReport& organ, Section& section) {
+  section.text(
+      "<h3>Does the pack keep what it says?</h3>\n<p>Random pushes at random sites that its builder has not "
+      "seen, solved in full from rest. Errors of 95 of 100 pushes stay below p95.</p>\n" +
+      validation_table(organ).html());
+  if (organ.unsolved > 0)
+    section.text(
+        fmt::format("<p class=\"note\">{} pushes reached no equilibrium and count as errors of 100 %.</p>\n",
+                    organ.unsolved));
+}
+
+// Adds plots of time against error. `csv`: file with the numbers.
+void add_speed_figures(const OrganReport& organ, const std::string& csv, Section& section) {
+  section.figure(
+      "speed_error", speed_error_plot(organ, SpeedError::field, 1), 1000, 860, csv, "Speed against error",
+      fmt::format(
+          "Each point is a method: further left is faster, further down is nearer to the full nonlinear "
+          "solve. Models of the pack answer when the contact has come to rest; full Newton starts from the "
+          "state of the frame before, and is the truth: its error is nothing, drawn on the lower border. The "
+          "grey staircase joins the methods that nothing beats in both. Right of the dashed line a 1 kHz "
+          "loop is missed; the dotted line is a memcpy of the bytes that the smallest model's field reads. "
+          "One contact at {} sites; error: the largest of any shown node, as part of |d|, p95 over the "
+          "pushes; time: median of a haptic and a visual frame together, warm.",
+          organ.sites_compared));
+  section.figure("speed_force", speed_error_plot(organ, SpeedError::force, 1), 1000, 860, csv,
+                 "Speed against error of the force",
+                 "The same for what a haptic device needs: one haptic frame (force and stiffness), and the "
+                 "error of the force as part of it. Forces below 5 % of the largest are divided by that, "
+                 "lest light touches count by their smallness.");
+  const bool several = std::any_of(organ.methods.begin(), organ.methods.end(),
+                                   [](const MethodRow& row) { return row.contacts > 1; });
+  if (several) {
+    const int contacts =
+        std::max_element(organ.methods.begin(), organ.methods.end(), [](const auto& a, const auto& b) {
+          return a.contacts < b.contacts;
+        })->contacts;
+    section.figure("several", speed_error_plot(organ, SpeedError::field, contacts), 1000, 860, csv,
+                   fmt::format("{} contacts at a time", contacts),
+                   "As above, with the contacts at random sites anywhere on the organ, each pushed its own "
+                   "way. Polynomials answer one contact alone and are not here.");
+  }
+}
+
+// Adds plots of the errors of random pushes. `csv`: file with the numbers.
+void add_error_figures(const OrganReport& organ, const std::string& csv, Section& section) {
+  section.figure(
+      "cumulative", cumulative_plot(organ), 1000, 460, csv, "How errors are distributed",
+      "How many of the random pushes, in percent, are answered with no larger error: further left "
+      "is better, and a steep line means that all pushes are alike. Where a line crosses 95 % is the p95.");
+  section.figure("over_push", error_over_push_plot(organ), 1000, 460, csv, "How errors grow with the push",
+                 "Each dot is a random push; bars are the p95 of each quarter of the range. One h is the "
+                 "organ's mean surface edge: errors follow |d| / h, since elements next to the tip bear it.");
+  section.figure("coverage", coverage_plot(organ), 1000, 500, csv, "Does the runtime know how wrong it is?",
+                 "With each answer the runtime gives an estimate that 95 of 100 errors should stay below. "
+                 "Each mark is a random push; below the line the estimate covered it. The legend says how "
+                 "many were covered.");
+  if (!organ.error_map.empty()) {
+    section.add("Where it is wrong", data_uri(organ.error_map, "image/png"),
+                "The largest error of each shown node over all random pushes, as part of |d|: the worst and "
+                "the best of the pack's models, each with its own scale.",
+                fmt::format("<a href=\"{}\">picture</a>", html_escaped(organ.error_map.filename().string())));
+  }
+}
+
+void add_method_tables(const OrganReport& organ, Section& section) {
+  section.text(
+      fmt::format("<h3>In numbers</h3>\n<p>Frames of contacts that go around at |d|. Cold: all caches were "
+                  "emptied before the frame. Medians of a second run on this machine may differ as medians "
+                  "of its rounds did, by a factor of up to {:.2f}. Errors of a second run are the same to "
+                  "the digit.</p>\n",
+                  time_spread(organ)));
+  section.text("<div class=\"wide\">" + method_table(organ, false).html() + "</div>\n");
+  section.text("<details><summary>Every |d|</summary>\n<div class=\"wide\">" +
+               method_table(organ, true).html() + "</div></details>\n</section>\n");
+}
+
 }  // namespace
 
 std::string broken_promises(const OrganReport& organ) {
@@ -201,75 +277,10 @@ std::string write_organ_section(const OrganReport& organ, const std::filesystem:
                            html_escaped(organ.title), html_escaped(facts(organ))));
   for (const std::string& note : organ.notes)
     section.text("<p class=\"note\">" + html_escaped(note) + "</p>\n");
-  section.text(
-      "<h3>Does the pack keep what it says?</h3>\n<p>Random pushes at random sites that its builder has not "
-      "seen, solved in "
-      "full from rest. Errors of 95 of 100 pushes stay below p95.</p>\n" +
-      validation_table(organ).html());
-  if (organ.unsolved > 0)
-    section.text(
-        fmt::format("<p class=\"note\">{} pushes reached no equilibrium and count as errors of 100 %.</p>\n",
-                    organ.unsolved));
-
-  section.figure(
-      "speed_error", speed_error_plot(organ, SpeedError::field, 1), 1000, 860, methods, "Speed against error",
-      fmt::format(
-          "Each point is a method: further left is faster, further down is nearer to the full nonlinear "
-          "solve. Models of the pack answer when the contact has come to rest; full Newton starts from the "
-          "state of the frame before, and is the truth: its error is nothing, drawn on the lower border. The "
-          "grey staircase joins the methods that nothing beats in both. Right of the dashed line a 1 kHz "
-          "loop is missed; the dotted line is a memcpy of the bytes that the smallest model's field reads. "
-          "One contact at {} sites; error: the largest of any shown node, as part of |d|, p95 over the "
-          "pushes; time: median of a haptic and a visual frame together, warm.",
-          organ.sites_compared));
-  section.figure("speed_force", speed_error_plot(organ, SpeedError::force, 1), 1000, 860, methods,
-                 "Speed against error of the force",
-                 "The same for what a haptic device needs: one haptic frame (force and stiffness), and the "
-                 "error of the force as "
-                 "part of it. Forces below 5 % of the largest are divided by that, lest light touches count "
-                 "by their smallness.");
-  const bool several = std::any_of(organ.methods.begin(), organ.methods.end(),
-                                   [](const MethodRow& row) { return row.contacts > 1; });
-  if (several) {
-    const int contacts =
-        std::max_element(organ.methods.begin(), organ.methods.end(), [](const auto& a, const auto& b) {
-          return a.contacts < b.contacts;
-        })->contacts;
-    section.figure("several", speed_error_plot(organ, SpeedError::field, contacts), 1000, 860, methods,
-                   fmt::format("{} contacts at a time", contacts),
-                   "As above, with the contacts at random sites anywhere on the organ, each pushed its own "
-                   "way. Polynomials answer "
-                   "one contact alone and are not here.");
-  }
-  section.figure("cumulative", cumulative_plot(organ), 1000, 460, pushes, "How errors are distributed",
-                 "How many of the random pushes, in percent, are answered with no larger error: further left "
-                 "is better, and a "
-                 "steep line means that all pushes are alike. Where a line crosses 95 % is the p95.");
-  section.figure("over_push", error_over_push_plot(organ), 1000, 460, pushes, "How errors grow with the push",
-                 "Each dot is a random push; bars are the p95 of each quarter of the range. One h is the "
-                 "organ's mean surface "
-                 "edge: errors follow |d| / h, since elements next to the tip bear it.");
-  section.figure("coverage", coverage_plot(organ), 1000, 500, pushes,
-                 "Does the runtime know how wrong it is?",
-                 "With each answer the runtime gives an estimate that 95 of 100 errors should stay below. "
-                 "Each mark is a random push; "
-                 "below the line the estimate covered it. The legend says how many were covered.");
-  if (!organ.error_map.empty()) {
-    section.add("Where it is wrong", data_uri(organ.error_map, "image/png"),
-                "The largest error of each shown node over all random pushes, as part of |d|: the worst and "
-                "the best of the pack's "
-                "models, each with its own scale.",
-                fmt::format("<a href=\"{}\">picture</a>", html_escaped(organ.error_map.filename().string())));
-  }
-  section.text(
-      fmt::format("<h3>In numbers</h3>\n<p>Frames of contacts that go around at |d|. Cold: all caches were "
-                  "emptied before the frame. Medians of a second run on this machine may differ as medians "
-                  "of its rounds did, by a factor of up to {:.2f}. Errors of a second run are the same to "
-                  "the digit.</p>\n",
-                  time_spread(organ)));
-  section.text("<div class=\"wide\">" + method_table(organ, false).html() + "</div>\n");
-  section.text("<details><summary>Every |d|</summary>\n<div class=\"wide\">" +
-               method_table(organ, true).html() + "</div></details>\n</section>\n");
+  add_validation(organ, section);
+  add_speed_figures(organ, methods, section);
+  add_error_figures(organ, pushes, section);
+  add_method_tables(organ, section);
   return section.take();
 }
 

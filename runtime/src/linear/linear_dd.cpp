@@ -29,6 +29,11 @@ uint32_t patch_size(const pal_pack& pack, uint32_t site) {
   return pack.patch_starts[site + 1] - pack.patch_starts[site];
 }
 
+void begin_phase(LinearAssembly::Phase phase, LinearAssembly& assembly) {
+  assembly.phase = phase;
+  assembly.index = 0;
+}
+
 // Fills in E: the slots and shares of each patch's nodes.
 void list_patches(const pal_pack& pack, const LinearAssembly& assembly, LinearSet& set) {
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
@@ -77,6 +82,58 @@ void sum_gravity(const pal_pack& pack, ContactStiffness& inverse, LinearSet& set
       set.gravity_own[3 * axis + other] = sum;
     }
   }
+}
+
+// Cost of fetching a block, in multiply-adds: a dense block misses the caches, a compressed block is a
+// product of columns.
+uint64_t fetch_cost(const pal_pack& pack) {
+  return is_compressed(pack) ? 250 : 36;
+}
+
+// A step of Phase::remove. `index` runs over the slots. When a node leaves, its slot holds another node and
+// is checked again. Returns the cost, as the steps below.
+uint64_t remove_next(LinearAssembly& assembly) {
+  ContactStiffness& inverse = assembly.inverse;
+  const uint64_t n = uint64_t{3} * inverse.num_nodes;
+  if (assembly.index >= inverse.num_nodes) {
+    begin_phase(LinearAssembly::Phase::add, assembly);
+  } else if (assembly.wanted_of[inverse.nodes[assembly.index]] != 0) {
+    ++assembly.index;
+  } else if (remove_node(assembly.index, inverse)) {
+    return 3 * n * n;
+  }
+  return 0;
+}
+
+uint64_t add_next(const pal_pack& pack, LinearAssembly& assembly) {
+  ContactStiffness& inverse = assembly.inverse;
+  const uint64_t n = uint64_t{3} * inverse.num_nodes;
+  if (assembly.index >= assembly.num_wanted) {
+    begin_phase(LinearAssembly::Phase::correct, assembly);
+  } else if (const uint32_t node = assembly.wanted[assembly.index++]; inverse.slot_of[node] == 0) {
+    add_node(pack, node, inverse);
+    return 6 * n * n + fetch_cost(pack) * inverse.num_nodes;
+  }
+  return 0;
+}
+
+// Corrects M and lists E, or begins M anew if the correction fails.
+uint64_t correct(const pal_pack& pack, LinearAssembly& assembly) {
+  LinearSet& set = *assembly.set;
+  ContactStiffness& inverse = assembly.inverse;
+  const uint64_t n = uint64_t{3} * inverse.num_nodes;
+  const uint64_t cost = is_correction_due(inverse) ? 9 * n * n + fetch_cost(pack) * inverse.num_nodes : 0;
+  if (correct_inverse(pack, inverse) || assembly.began_anew) {
+    if (inverse.num_regularised > 0) set.flags |= PAL_FLAG_ILL_CONDITIONED;
+    memcpy(set.held, inverse.nodes, inverse.num_nodes * sizeof *set.held);
+    list_patches(pack, assembly, set);
+    begin_phase(LinearAssembly::Phase::unit_forces, assembly);
+  } else {
+    assembly.began_anew = true;
+    remove_all_nodes(inverse);
+    begin_phase(LinearAssembly::Phase::add, assembly);
+  }
+  return cost;
 }
 
 }  // namespace
@@ -128,8 +185,7 @@ void begin_set(const pal_pack& pack, const uint32_t* sites, uint32_t count, cons
   set.num_held = assembly.num_wanted;
   // Nodes with springs may be leaving, so M begins anew.
   if (assembly.inverse.num_regularised > 0 || is_cheaper_anew(assembly)) remove_all_nodes(assembly.inverse);
-  assembly.phase = LinearAssembly::Phase::remove;
-  assembly.index = 0;
+  begin_phase(LinearAssembly::Phase::remove, assembly);
   assembly.began_anew = assembly.inverse.num_nodes == 0;
 }
 
@@ -137,55 +193,24 @@ uint64_t advance_set(const pal_pack& pack, uint64_t operations, LinearAssembly& 
   using Phase = LinearAssembly::Phase;
   LinearSet& set = *assembly.set;
   ContactStiffness& inverse = assembly.inverse;
-  const uint32_t size = 3 * set.num_contacts;
-  // Cost of fetching a block, in multiply-adds: a dense block misses the caches, a compressed block is a
-  // product of columns.
-  const uint64_t fetch = is_compressed(pack) ? 250 : 36;
-  const auto go_to = [&](Phase phase) {
-    assembly.phase = phase;
-    assembly.index = 0;
-  };
   uint64_t spent = 0;
   while (spent < operations && !set.ready) {
-    const uint64_t n = uint64_t{3} * inverse.num_nodes;
     switch (assembly.phase) {
       case Phase::remove:
-        // `index` runs over the slots. When a node leaves, its slot holds another node and is checked again.
-        if (assembly.index >= inverse.num_nodes) {
-          go_to(Phase::add);
-        } else if (assembly.wanted_of[inverse.nodes[assembly.index]] != 0) {
-          ++assembly.index;
-        } else if (remove_node(assembly.index, inverse)) {
-          spent += 3 * n * n;
-        }
+        spent += remove_next(assembly);
         break;
       case Phase::add:
-        if (assembly.index >= assembly.num_wanted) {
-          go_to(Phase::correct);
-        } else if (const uint32_t node = assembly.wanted[assembly.index++]; inverse.slot_of[node] == 0) {
-          add_node(pack, node, inverse);
-          spent += 6 * n * n + fetch * (inverse.num_nodes);
-        }
+        spent += add_next(pack, assembly);
         break;
       case Phase::correct:
-        if (is_correction_due(inverse)) spent += 9 * n * n + fetch * inverse.num_nodes;
-        if (correct_inverse(pack, inverse) || assembly.began_anew) {
-          if (inverse.num_regularised > 0) set.flags |= PAL_FLAG_ILL_CONDITIONED;
-          memcpy(set.held, inverse.nodes, inverse.num_nodes * sizeof *set.held);
-          list_patches(pack, assembly, set);
-          go_to(Phase::unit_forces);
-        } else {
-          assembly.began_anew = true;
-          remove_all_nodes(inverse);
-          go_to(Phase::add);
-        }
+        spent += correct(pack, assembly);
         break;
       case Phase::unit_forces:
-        if (assembly.index >= size) {
-          go_to(Phase::own_stiffness);
+        if (assembly.index >= 3 * set.num_contacts) {
+          begin_phase(Phase::own_stiffness, assembly);
         } else {
           sum_unit_forces(pack, assembly.index++, inverse, set);
-          spent += n * pack.max_patch_nodes;
+          spent += uint64_t{3} * inverse.num_nodes * pack.max_patch_nodes;
         }
         break;
       case Phase::own_stiffness:
@@ -195,7 +220,7 @@ uint64_t advance_set(const pal_pack& pack, uint64_t operations, LinearAssembly& 
           ++assembly.index;
           spent += uint64_t{36} * pack.max_patch_nodes;
         } else {
-          go_to(Phase::gravity);
+          begin_phase(Phase::gravity, assembly);
         }
         break;
       case Phase::gravity:

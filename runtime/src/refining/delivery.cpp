@@ -15,7 +15,7 @@ bool find_correction(const pal_pack& pack, const EliminationKernel& kernel, Refi
   constexpr double kRounding = 1e-6;  // of the largest energies; near rest E itself may be rounding
   ZoneDelivery& delivery = lane.mailbox.delivery;
   double boundary_energy = 0;  // w_e . (c + S w_e / 2)
-  double sum = 0;              // of c: finite if each entry is finite
+  double sum = 0;              // of c: finite only if each entry is finite
   const uint32_t* nodes = lane.condensation.kept;
   const float* block = lane.blocks;
   double* force = delivery.force;
@@ -23,14 +23,14 @@ bool find_correction(const pal_pack& pack, const EliminationKernel& kernel, Refi
     const GroupLayout& group = lane.layout.groups[g];
     const uint32_t stride = group.boundary_stride;
     memset(lane.moved, 0, stride * sizeof *lane.moved);
-    memset(lane.forces, 0, stride * sizeof *lane.forces);
+    memset(lane.linear_forces, 0, stride * sizeof *lane.linear_forces);
     const auto at = [&](uint32_t i) { return size_t{3} * nodes[i / 3] + i % 3; };
     for (uint32_t i = 0; i < 3 * group.num_boundary; ++i)
       lane.moved[i] = lane.exterior.displacement[at(i)] - lane.rest[at(i)];  // w_e
-    kernel.add_symmetric_product(block, stride, lane.moved, lane.forces);
+    kernel.add_symmetric_product(block, stride, lane.moved, lane.linear_forces);
     for (uint32_t i = 0; i < 3 * group.num_boundary; ++i, ++force) {
-      *force = lane.exterior.forces[at(i)] - lane.forces[i];
-      boundary_energy += lane.moved[i] * (*force + 0.5 * lane.forces[i]);
+      *force = lane.exterior.forces[at(i)] - lane.linear_forces[i];
+      boundary_energy += lane.moved[i] * (*force + 0.5 * lane.linear_forces[i]);
       sum += *force;
     }
     nodes += group.num_boundary;

@@ -64,17 +64,17 @@ double* find_forces_of_others(ZoneFrame& frame, const Condensation& condensation
   return frame.work.residual + (row - top);
 }
 
-// Recomputes dU_h/dd of group h in `column` from the entries of other groups. Returns the largest change.
+// Recomputes du_h/dd of group h in `column` from the entries of other groups. Returns the largest change.
 double update_group(ZoneFrame& frame, const Condensation& condensation, uint32_t axis, const ZoneGroup& group,
                     double* column) {
   const ZoneSet& set = frame.set;
   const double unit = axis < 3 * set.num_contacts ? 1.0 : frame.pack.metres;  // to m/rad
-  const double* sensitivities = nullptr;  // -X_h; null if the axis belongs to another group
+  const double* sensitivities = nullptr;  // -G_h; null if the axis belongs to another group
   for (uint32_t i = 0; i < group.num_axes; ++i) {
     if (contact_axis(set, group, i) == axis)
       sensitivities = sensitivity(group, i) + size_t{3} * group.num_interior;
   }
-  const double* step = nullptr;  // K_h^-1 sum of S_hk dU_k/dd
+  const double* step = nullptr;  // K_h^-1 sum of S_hk du_k/dd
   if (set.num_groups > 1) {
     const size_t rows = size_t{3} * group.num_boundary;
     memcpy(frame.work.outside, find_forces_of_others(frame, condensation, group, column),
@@ -117,7 +117,7 @@ void find_coupling_matrices(ZoneFrame& frame, const Condensation& condensation, 
     set.coupled_stiffness[axis][other] = set.coupled_stiffness[other][axis] = stiffness[other];
 }
 
-// Does a Gauss-Seidel sweep over the groups for `axis`. Advances `axis` once converged. Returns the work.
+// Does a Gauss-Seidel sweep for `axis`. The last sweep finds T and M, and advances `axis`. Returns the work.
 uint64_t sweep_groups(ZoneFrame& frame, const Condensation& condensation, FieldResponse& response) {
   constexpr uint32_t kMostSweeps = 8;
   constexpr double kConverged = 0.003;  // of the first sweep's change

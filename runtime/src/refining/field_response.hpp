@@ -1,13 +1,13 @@
 // How the organ outside of the zones follows the contacts between two deliveries, to first order:
 //
-//   u_O(d) = u_O + U (d - d_e),   U = dU_O/dd = -K_OO^-1 K_OB dU_B/dd
+//   u_O(d) = u_O + U (d - d_e),   U = du_O/dd = -K_OO^-1 K_OB du_B/dd
 //
 // d_e: the contact axes of the delivery. K, S: from the condensation of the prepared set. The boundary of
-// group h, with its first tangent K_h and its own sensitivity X_h, follows an axis by
+// group h, with its first tangent K_h and minus its own sensitivity, G_h, follows an axis by
 //
-//   dU_h/dd = X_h - K_h^-1 sum of S_hk dU_k/dd over the other groups k
+//   du_h/dd = G_h - K_h^-1 sum of S_hk du_k/dd over the other groups k
 //
-// dU_B/dd also gives T and M, by which frames couple groups (zone_balance.hpp).
+// du_B/dd also gives T and M, by which frames couple groups (zone_balance.hpp).
 //
 // Between two deliveries the axes move by Dd, and the field by Du. The delivery updates U so that U' Dd = Du
 // (Broyden 1965, Math. Comp. 19):
@@ -24,10 +24,10 @@
 namespace palpate {
 
 struct FieldResponse {
-  double* columns;  // [axes][num_nodes][3] U; before the back substitution dU_B/dd alone
+  double* columns;  // [axes][num_nodes][3] U; before the back substitution du_B/dd alone
   uint32_t num_contacts;
   uint32_t num_axes;
-  uint32_t axis;                   // the axes before `axis` have their dU_B/dd
+  uint32_t axis;                   // the axes before `axis` have their du_B/dd
   uint32_t sweep;                  // sweeps over the groups for `axis` that have ended
   double first_change;             // largest change of an entry by the first sweep
   uint32_t front;                  // the fronts from this index on are back-substituted

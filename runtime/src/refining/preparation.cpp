@@ -50,7 +50,7 @@ void carve_preparation(const pal_pack& pack, const ZoneRoom& room, Arena& arena,
   preparation.found_elements = arena.take<uint32_t>(room.elements);
   preparation.queue = arena.take<uint32_t>(room.nodes);
   preparation.place_of = arena.take<uint32_t>(pack.organ.num_nodes);
-  preparation.zone_of_element = arena.take<uint8_t>(pack.organ.num_elements);
+  preparation.group_of_element = arena.take<uint8_t>(pack.organ.num_elements);
 }
 
 void refuse_set(ZonePreparation& preparation) {

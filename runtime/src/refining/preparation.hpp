@@ -6,6 +6,7 @@
 //   place      starts the nodes from the current solution                  (state_transfer.hpp)
 //   S          condenses the exterior onto the boundaries                  (condensation.hpp)
 //   tangents   makes the first tangent of each group                       (group_tangents.hpp)
+//   respond    finds how the field follows the contacts                    (field_response.hpp)
 //
 // The next frame exchanges the active set for the prepared set. Work is counted in multiply-adds of the
 // elimination, so that a slice ends at the same place on any processor.
@@ -47,8 +48,8 @@ struct ZonePreparation {
   uint32_t num_found_elements;
   uint32_t* queue;  // [ZoneRoom::nodes] scratch: nodes of a zone, ring by ring; roles of nodes
   // Members of the set that was listed last
-  uint32_t* place_of;        // [num_nodes of the organ] place in ZoneSet::nodes; undefined for other nodes
-  uint8_t* zone_of_element;  // [elements of the organ] 1 + the number of the group; 0: the exterior
+  uint32_t* place_of;         // [num_nodes of the organ] place in ZoneSet::nodes; undefined for other nodes
+  uint8_t* group_of_element;  // [elements of the organ] 1 + the number of the group; 0: the exterior
 };
 
 void carve_preparation(const pal_pack& pack, const ZoneRoom& room, Arena& arena,

@@ -75,7 +75,7 @@ bool is_tangent_old(const pal_pack& pack, const Refinement& lane) {
   constexpr uint32_t kIterations = 2;
   constexpr double kConverged = 1e-6;   // of the scene's largest displacement
   constexpr double kUnbalanced = 0.01;  // of the exterior's energy
-  if (lane.history.iterations_of_tangent < kIterations || lane.history.failures > 0) return false;
+  if (lane.history.iterations_of_schur < kIterations || lane.history.failures > 0) return false;
   const bool is_near = lane.history.unbalanced <= kUnbalanced * lane.exterior.energy;
   return stands_still(lane) ? is_near && lane.history.change > kConverged * pack.max_displacement : !is_near;
 }
@@ -131,11 +131,11 @@ void begin_first_tangents(const pal_pack& pack, const EliminationKernel& kernel,
   lane.phase = Phase::tangents;
 }
 
-// Whether the groups need new tangents after an iteration: S is new, or the iteration has moved a node.
+// Whether the groups need new tangents: the frames or the last tangents have another S, or a node has moved.
 bool needs_tangents(const pal_pack& pack, const Refinement& lane) {
-  const bool has_new_exterior = lane.mailbox.request.tangent != lane.history.tangent ||
-                                lane.history.tangent_of_groups != lane.history.tangent;
-  return has_new_exterior || find_largest_change(pack, lane) > kSamePlace * pack.max_displacement;
+  const bool has_new_schur = lane.mailbox.request.tangent != lane.history.schur ||
+                             lane.history.schur_of_groups != lane.history.schur;
+  return has_new_schur || find_largest_change(pack, lane) > kSamePlace * pack.max_displacement;
 }
 
 bool advance_tangents(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations,
@@ -148,7 +148,7 @@ bool advance_tangents(const pal_pack& pack, const EliminationKernel& kernel, uin
   if (!advance_group_tangents(source, operations, delivery.tangents, delivery.made, lane.tangents, spent))
     return false;
   delivery.has_tangents = true;
-  lane.history.tangent_of_groups = lane.history.tangent;
+  lane.history.schur_of_groups = lane.history.schur;
   return true;
 }
 
@@ -180,8 +180,8 @@ bool begin_phase(const pal_pack& pack, const EliminationKernel& kernel, Refineme
 // Takes the finished condensation into use, and begins to evaluate the exterior with it.
 void take_condensation(const pal_pack& pack, const EliminationKernel& kernel, Refinement& lane) {
   lane.is_condensed = true;
-  ++lane.history.tangent;
-  lane.history.iterations_of_tangent = 0;
+  ++lane.history.schur;
+  lane.history.iterations_of_schur = 0;
   copy_blocks(lane);
   restart_acceleration(lane.acceleration);
   lane.phase = Phase::evaluate;
@@ -285,7 +285,7 @@ Progress advance_phase(const pal_pack& pack, const EliminationKernel& kernel, ui
   if (is_preparing(lane)) return advance_preparation(pack, kernel, progress, lane);
   if (has_failed || lane.phase == Phase::tangents) return progress;
   if (lane.phase == Phase::iterate) {
-    ++lane.history.iterations_of_tangent;
+    ++lane.history.iterations_of_schur;
     if (!needs_tangents(pack, lane)) return progress;
     lane.tangents = {};
     lane.phase = Phase::tangents;
@@ -301,15 +301,15 @@ Refined end_iteration(const pal_pack& pack, const EliminationKernel& kernel, Pro
   bool is_finite = true;
   const bool is_good = progress == Progress::ended && find_correction(pack, kernel, lane, is_finite);
   lane.history.failures = is_good ? 0 : lane.history.failures + 1;
-  if (!is_good) lane.history.tangent_of_groups = 0;
-  // The next request begins at rest, so no state keeps numbers that are not finite.
+  if (!is_good) lane.history.schur_of_groups = 0;
+  // The next request begins at rest: after kMostFailures failures, and to drop numbers that are not finite.
   if (!is_finite || lane.history.failures >= kMostFailures) lane.is_condensed = false;
   if (is_good) {
     update_field_response(pack, lane.mailbox.request.followed, lane.exterior.next, lane.exterior.displacement,
                           lane.response);
     write_field(pack, lane);
-    delivery.tangent = lane.history.tangent;
-    if (lane.mailbox.request.tangent != lane.history.tangent)
+    delivery.tangent = lane.history.schur;
+    if (lane.mailbox.request.tangent != lane.history.schur)
       memcpy(delivery.exterior, lane.blocks, lane.layout.stiffness_size * sizeof *lane.blocks);
     lane.history.largest_energy = std::max(lane.history.largest_energy, lane.exterior.energy);
     delivery.change = lane.history.change = find_largest_change(pack, lane);
@@ -327,7 +327,7 @@ Refined end_preparation(const pal_pack& pack, Progress progress, Refinement& lan
     refuse_set(lane.preparation);
     lane.layout.set_number = 0;
   }
-  lane.mailbox.delivery.tangent = lane.history.tangent;
+  lane.mailbox.delivery.tangent = lane.history.schur;
   lane.mailbox.delivery.change = 0;
   lane.starts_strained = false;
   deliver(is_prepared && lane.mailbox.delivery.is_good, lane);
@@ -354,7 +354,7 @@ void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, 
   lane.rest = arena.take<double>(numbers);
   lane.zone = arena.take<double>(numbers);
   lane.blocks = arena.take<float>(room.exterior);
-  for (double** vector : {&lane.moved, &lane.forces})
+  for (double** vector : {&lane.moved, &lane.linear_forces})
     *vector = arena.take<double>(symmetric_stride(3 * kept));
 }
 

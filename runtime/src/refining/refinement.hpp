@@ -35,14 +35,14 @@
 namespace palpate {
 
 struct IterationHistory {
-  uint64_t tangent;                // number of S of Refinement::condensation; each new S has a new number
-  uint64_t tangent_of_groups;      // number of S in the last tangents of the groups; 0: make them anew
-  uint32_t iterations_of_tangent;  // iterations with this S
-  bool is_unstable;       // contacts stand still where the exterior's tangent is not positive definite
-  double change;          // ZoneDelivery::change of the last good iteration
-  double unbalanced;      // D of the last iteration (delivery.hpp)
-  uint32_t failures;      // failed iterations in a row; the count restarts where D has halved
-  double largest_energy;  // largest energy of the exterior after a good iteration
+  uint64_t schur;                // number of S of Refinement::condensation; each new S has a new number
+  uint64_t schur_of_groups;      // number of S in the last tangents of the groups; 0: make them anew
+  uint32_t iterations_of_schur;  // iterations with this S
+  bool is_unstable;              // contacts stand still where the exterior's tangent is not positive definite
+  double change;                 // ZoneDelivery::change of the last good iteration
+  double unbalanced;             // D of the last iteration (delivery.hpp)
+  uint32_t failures;             // failed iterations in a row; the count restarts where D has halved
+  double largest_energy;         // largest energy of the exterior after a good iteration
   double followed[kMostZoneAxes];  // contact axes of the last iteration
   uint64_t iterations;             // good iterations of the session
 };
@@ -61,11 +61,11 @@ struct Refinement {
   FieldResponse response;
   GroupTangents tangents;
   ZoneLayout layout;
-  double* rest;    // [num_nodes][3] displacements at rest, from the mesh
-  double* zone;    // [num_nodes][3] from the mesh: the set's displacements on the nodes of its zones
-  float* blocks;   // [ZoneRoom::exterior] blocks of S of all groups, from `condensation`
-  double* moved;   // [stride of the boundary] scratch: w_e
-  double* forces;  // [stride of the boundary] scratch: S w_e
+  double* rest;           // [num_nodes][3] displacements at rest, from the mesh
+  double* zone;           // [num_nodes][3] from the mesh: the set's displacements on the nodes of its zones
+  float* blocks;          // [ZoneRoom::exterior] blocks of S of all groups, from `condensation`
+  double* moved;          // [stride of the boundary] scratch: w_e
+  double* linear_forces;  // [stride of the boundary] scratch: S w_e
   enum class Phase : uint32_t {
     begin,
     whole,
@@ -91,7 +91,8 @@ void carve_refinement(const pal_pack& pack, const ZoneRoom& room, Arena& arena, 
 // Computes the shapes of the organ's elements and the constant tables.
 void fill_refinement(const pal_pack& pack, Refinement& lane);
 
-// Result of a slice. failed: an iteration without a good result; delivered: a good iteration or a new set.
+// Result of a slice. failed: an iteration without a good result; delivered: a good iteration, or the end of
+// a preparation, even of a refused set.
 enum class Refined { nothing, works, failed, delivered };
 
 // Advances the request by about `operations` multiply-adds, in steps of at most a front or a pass over the

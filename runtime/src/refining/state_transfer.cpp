@@ -76,7 +76,7 @@ void find_patch_displacements(const pal_pack& pack, ZoneSet& set) {
   memcpy(set.wanted, set.followed, set.num_axes * sizeof *set.wanted);
 }
 
-// Begins each group at its displacements. Puts groups with inverted elements at rest, and returns false then.
+// Stores each group's first state. Puts groups with inverted elements at rest, and returns false then.
 bool begin_groups(const pal_pack& pack, ZoneWork& work, ZoneSet& set) {
   bool none_inverted = true;
   for (uint32_t g = 0; g < set.num_groups; ++g) {

@@ -31,7 +31,7 @@ bool describe_zones(const pal_pack& pack, const ZonePreparation& preparation, ui
       condensation.roles[set.nodes[i]] = NodeRole::kept;
     }
   }
-  list_zones(pack.organ, elements, preparation.zone_of_element, layout.zone_of_simd_lane);
+  list_zones(pack.organ, elements, preparation.group_of_element, layout.zone_of_simd_lane);
   return true;
 }
 

@@ -171,13 +171,13 @@ enum Role : uint32_t {
   kInterior,
   kBoundary,  // also a node of elements outside of the zone, or fixed while running
   kHeld,      // held by a contact
-  kFixed      // without a free axis in the model
+  kSupported  // without a free axis in the model
 };
 constexpr uint32_t kRoles = 4;
 
 Role role_of(const pal_pack& pack, const ZonePreparation& preparation, const ZoneGroup& group,
              ContactBits mask, uint32_t node) {
-  if (pack.organ.nodes[node].free_axes == 0) return kFixed;
+  if (pack.organ.nodes[node].free_axes == 0) return kSupported;
   if (is_fixed(preparation.set, node)) return kBoundary;
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) {
     if (patch_holds(pack, preparation.set.sites[group.contacts[slot]], node)) return kHeld;
@@ -197,7 +197,7 @@ bool list_nodes(const pal_pack& pack, ContactBits mask, ZonePreparation& prepara
     if (is_in_group(i))
       ++counts[roles[i] = role_of(pack, preparation, group, mask, preparation.found_nodes[i])];
   }
-  if (set.num_nodes + counts[kInterior] + counts[kBoundary] + counts[kHeld] + counts[kFixed] >
+  if (set.num_nodes + counts[kInterior] + counts[kBoundary] + counts[kHeld] + counts[kSupported] >
       preparation.room.nodes)
     return false;
   group.first_node = set.num_nodes;
@@ -229,7 +229,7 @@ bool list_nodes(const pal_pack& pack, ContactBits mask, ZonePreparation& prepara
           set.flags |= PAL_FLAG_OVERLAPPING;
         set.first_master[place + 1] = preparation.used.masters;
         break;
-      case kFixed:
+      case kSupported:
         set.unknown_of[place] = kNoUnknown;
         break;
       default:
@@ -240,7 +240,7 @@ bool list_nodes(const pal_pack& pack, ContactBits mask, ZonePreparation& prepara
 }
 
 // Returns the index of the element's volume patch in the group, or kNoPatch. Adds a patch that is new.
-uint32_t patch_of(const pack::OrganElement& element, ZoneBatches& batches) {
+uint32_t volume_patch_of(const pack::OrganElement& element, ZoneBatches& batches) {
   if (element.volume_patch == pack::kNoPatch) return pack::kNoPatch;
   uint32_t place = 0;
   while (place < batches.num_patches && batches.patches[place].number != element.volume_patch) ++place;
@@ -266,9 +266,9 @@ bool list_elements(const pal_pack& pack, ContactBits mask, ZonePreparation& prep
   for (uint32_t i = 0; i < preparation.num_found_elements && sound; ++i) {
     const uint32_t index = preparation.found_elements[i];
     if ((preparation.element_contacts[index] & mask) == 0) continue;
-    preparation.zone_of_element[index] = number;
+    preparation.group_of_element[index] = number;
     const pack::OrganElement& element = pack.organ.elements[index];
-    const uint32_t patch = patch_of(element, batches);
+    const uint32_t patch = volume_patch_of(element, batches);
     sound = element.num_nodes == 4 ? append_element(pack, element, preparation.place_of, patch, num_linear++,
                                                     batches.patches, batches.linear)
                                    : append_element(pack, element, preparation.place_of, patch,
@@ -308,7 +308,7 @@ bool list_next(const pal_pack& pack, ZonePreparation& preparation) {
 
 void begin_members(const pal_pack& pack, ZonePreparation& preparation) {
   clear_marks(preparation);
-  memset(preparation.zone_of_element, 0, pack.organ.num_elements * sizeof *preparation.zone_of_element);
+  memset(preparation.group_of_element, 0, pack.organ.num_elements * sizeof *preparation.group_of_element);
   preparation.step = 0;
   preparation.set.num_groups = preparation.set.num_nodes = 0;
   preparation.used = {};

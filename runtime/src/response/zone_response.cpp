@@ -115,8 +115,8 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
   }
 }
 
-// Sets ZoneCorrection::force_change in a frame that took a delivery, if no contact has moved. `followed`,
-// `forces`: [3 contacts] displacements and forces before the frame.
+// Sets ZoneCorrection::force_change in a frame that took a delivery, if no contact's displacement changed;
+// rotations are ignored. `followed`, `forces`: [3 contacts] displacements and forces before the frame.
 void find_force_changes(const double* followed, const double* forces, ZoneSet& set) {
   if (memcmp(followed, set.followed, 3 * set.num_contacts * sizeof *followed) != 0) return;
   for (uint32_t c = 0; c < set.num_contacts; ++c) {

@@ -52,7 +52,7 @@ bool is_linear_ready(TissueState& tissue, ResponseKind linear, const ToolStates&
           prepare_within(tissue, linear, states.inputs, states.num_contacts, began, finished));
 }
 
-// Records the answered contact set: the held contacts, or the set whose preparation began earlier.
+// Records the answered contact set: the held contacts, the set whose preparation began earlier, or none.
 void set_answered(ResponseKind kind, uint32_t count, const uint64_t* ids, const pal_contact* inputs,
                   const double* turns, uint32_t fixed_version, TissueState& tissue, ToolStates& states) {
   states.changed =
@@ -71,32 +71,20 @@ void set_answered(ResponseKind kind, uint32_t count, const uint64_t* ids, const 
   states.answered_fixed = fixed_version;
 }
 
-}  // namespace
+// Records the held contacts, with their `ids`, as the set in preparation.
+void record_begun(ResponseKind kind, const uint64_t* ids, const TissueState& tissue, ToolStates& states) {
+  states.begun = kind;
+  states.num_begun = states.num_contacts;
+  states.begun_fixed = tissue.fixed_version;
+  memcpy(states.begun_ids, ids, states.num_contacts * sizeof *ids);
+  memcpy(static_cast<void*>(states.begun_inputs), states.inputs, states.num_contacts * sizeof *states.inputs);
+  if (has_turns(tissue))
+    memcpy(states.begun_turns, states.turns, size_t{3} * states.num_contacts * sizeof *states.turns);
+}
 
-void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
-  states.changed = states.held_changed;
-  states.held_changed = false;
-  uint64_t ids[pack::kMostContacts];
-  for (uint32_t c = 0; c < states.num_contacts; ++c) ids[c] = states.contacts[c].id;
-  const ResponseKind kind = select_response(tissue, states.inputs, states.num_contacts);
-  const bool is_any_served =
-      kind != ResponseKind::zone ||
-      is_ready(tissue, kind, states.inputs, states.num_contacts, tissue.fixed_version) ||
-      serves_any(tissue, states);
-  if (!is_any_served) rest_zone(*tissue.pack, tissue.zone);  // before a request copies the zone's state
-  bool began = false;
-  bool finished = false;
-  const bool ready = prepare_within(tissue, kind, states.inputs, states.num_contacts, began, finished);
-  if (began) {
-    states.begun = kind;
-    states.num_begun = states.num_contacts;
-    states.begun_fixed = tissue.fixed_version;
-    memcpy(states.begun_ids, ids, states.num_contacts * sizeof *ids);
-    memcpy(static_cast<void*>(states.begun_inputs), states.inputs,
-           states.num_contacts * sizeof *states.inputs);
-    if (has_turns(tissue))
-      memcpy(states.begun_turns, states.turns, size_t{3} * states.num_contacts * sizeof *states.turns);
-  }
+// `finished`: a preparation has ended. Unless `is_any_served`, linear_dd answers meanwhile if it is ready.
+void choose_answered(ResponseKind kind, const uint64_t* ids, bool ready, bool finished, bool is_any_served,
+                     TissueState& tissue, ToolStates& states) {
   if (ready) {
     set_answered(kind, states.num_contacts, ids, states.inputs, states.turns, tissue.fixed_version, tissue,
                  states);
@@ -115,6 +103,48 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
     // A pal_contact_frame has prepared the model for another contact set.
     set_answered(ResponseKind::nothing, 0, nullptr, nullptr, nullptr, tissue.fixed_version, tissue, states);
   }
+}
+
+// Updates `catches_up`. Treats an answer as changed in four cases, because the force may jump:
+// - A new zone starts where the organ is and catches up with the tools. Before equilibrium its force may be
+//   several times the final force.
+// - A zone had a setback (zone_setback.hpp) in this frame, or in a contact frame since the last haptic frame.
+// - A zone has just caught up.
+// - The first iteration of the refining lane took effect, or its correction was dropped.
+void find_jumps(bool finished, TissueState& tissue, ToolStates& states) {
+  bool is_any_behind = has_turns(tissue);  // the rotation alone may be behind
+  bool is_any_moving = false;
+  for (uint32_t i = 0; i < states.num_answered; ++i) {
+    is_any_behind = is_any_behind || is_behind(states.answered_results[i].displacement,
+                                               states.answered_inputs[i].displacement);
+    is_any_moving = is_any_moving || (states.answered_results[i].flags & PAL_FLAG_UNCONVERGED) != 0;
+  }
+  const bool caught_up = states.catches_up;
+  const bool begins = finished && (states.changed || is_any_behind);
+  states.catches_up = is_any_moving && (begins || states.catches_up);
+  states.changed =
+      states.changed || states.catches_up || caught_up || tissue.zone.went_back || tissue.zone.has_jumped;
+  tissue.zone.went_back = tissue.zone.has_jumped = false;
+}
+
+}  // namespace
+
+void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
+  states.changed = states.held_changed;
+  states.held_changed = false;
+  uint64_t ids[pack::kMostContacts];
+  for (uint32_t c = 0; c < states.num_contacts; ++c) ids[c] = states.contacts[c].id;
+  const ResponseKind kind = select_response(tissue, states.inputs, states.num_contacts);
+  const bool is_any_served =
+      kind != ResponseKind::zone ||
+      is_ready(tissue, kind, states.inputs, states.num_contacts, tissue.fixed_version) ||
+      serves_any(tissue, states);
+  if (!is_any_served) rest_zone(*tissue.pack, tissue.zone);  // before a request copies the zone's state
+  bool began = false;
+  bool finished = false;
+  const bool ready = prepare_within(tissue, kind, states.inputs, states.num_contacts, began, finished);
+  if (began) record_begun(kind, ids, tissue, states);
+  choose_answered(kind, ids, ready, finished, is_any_served, tissue, states);
   states.preparing = !ready;
   match_answered(states);
   for (uint32_t c = 0; !ready && c < states.num_contacts; ++c) {
@@ -132,25 +162,7 @@ void answer_or_fall_back(TissueState& tissue, ToolStates& states) {
     // The account takes the energy of a strained contact when a set answers the contact.
     if (states.contacts[c].strain != Strain::uncounted) tissue.stored_energy += energy;
   }
-  // The output must treat an answer as changed in four cases, because the force may jump:
-  // - A new zone starts where the organ is and catches up with the tools. Before equilibrium its force may
-  //   be several times the final force.
-  // - A zone rejected a step in this frame, or in a contact frame since the last haptic frame.
-  // - A zone has just caught up.
-  // - The first iteration of the refining lane took effect, or its correction was dropped.
-  bool is_any_behind = has_turns(tissue);  // the rotation alone may be behind
-  bool is_any_moving = false;
-  for (uint32_t i = 0; i < states.num_answered; ++i) {
-    is_any_behind = is_any_behind || is_behind(states.answered_results[i].displacement,
-                                               states.answered_inputs[i].displacement);
-    is_any_moving = is_any_moving || (states.answered_results[i].flags & PAL_FLAG_UNCONVERGED) != 0;
-  }
-  const bool caught_up = states.catches_up;
-  const bool begins = finished && (states.changed || is_any_behind);
-  states.catches_up = is_any_moving && (begins || states.catches_up);
-  states.changed =
-      states.changed || states.catches_up || caught_up || tissue.zone.went_back || tissue.zone.has_jumped;
-  tissue.zone.went_back = tissue.zone.has_jumped = false;
+  find_jumps(finished, tissue, states);
 }
 
 }  // namespace palpate

@@ -11,10 +11,10 @@ namespace palpate {
 namespace {
 
 // passivity.hpp defines the account E, the stored energy W, `part` and s. A cycle may create this fraction of
-// the largest E before the session reduces forces.
+// the larger of W and the largest E before the session reduces forces.
 constexpr double kTolerance = 0.003;
-// `part` completes its change over the work max(kChange, E / (2 W)) W of the tools. This lower limit keeps
-// the apparent stiffness within the range that a device can render.
+// The gap of `part` to its target falls e-fold over max(kChange, min(1, E / W) / 2) W of the models' work.
+// This lower limit keeps the apparent stiffness within the range that a device can render.
 constexpr double kChange = 0.03;
 // `part` snaps to 1 within this distance.
 constexpr double kWhole = 1e-4;
@@ -39,14 +39,14 @@ double most_work_of(const Motion& motion, const Wrench& wrench) {
          sqrt(dot(wrench.v + 3, wrench.v + 3) * dot(motion.turn, motion.turn));
 }
 
-// Multiplies a force or torque by `part`, and adds the component of the remainder that resists the motion.
+// Multiplies a force or torque by `share`, and adds the component of the remainder that resists the motion.
 // Does nothing without a motion.
-void play_part(double part, const double motion[3], double force[3]) {
+void play_part(double share, const double motion[3], double force[3]) {
   const double along = dot(force, motion);
   const double square = dot(motion, motion);
   if (!(square > 0)) return;
   const double resisting = along > 0 ? along / square : 0.0;
-  for (int i = 0; i < 3; ++i) force[i] = part * force[i] + (1.0 - part) * resisting * motion[i];
+  for (int i = 0; i < 3; ++i) force[i] = share * force[i] + (1.0 - share) * resisting * motion[i];
 }
 
 // Work of the last output forces along the motions of this frame.
@@ -189,12 +189,12 @@ double limit_energy(const ToolStates& states, Wrench* outputs) {
   const bool is_covered = available + 0.5 * work >= passivity.stored;
   const double loss = is_covered && passivity.is_settled ? -work : 0.5 * (reach - work);
   if (available >= 0 && !(loss > available)) return 1.0;
-  const double part = available > 0 ? available / loss : 0.0;
+  const double share = available > 0 ? available / loss : 0.0;
   for (uint32_t t = 0; t < states.num_used; ++t) {
-    play_part(part, states.tools[t].last_motion.translation, outputs[t].v);
-    play_part(part, states.tools[t].last_motion.turn, outputs[t].v + 3);
+    play_part(share, states.tools[t].last_motion.translation, outputs[t].v);
+    play_part(share, states.tools[t].last_motion.turn, outputs[t].v + 3);
   }
-  return part;
+  return share;
 }
 
 void end_account(ToolStates& states) {

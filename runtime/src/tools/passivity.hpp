@@ -11,7 +11,7 @@
 //    E += sum of (F + F_before) / 2 . dx + (T + T_before) / 2 . dtheta
 // Changes of W by gravity, by inclusions and by holds of strained tissue count as work of the tools.
 //
-// 1. The session multiplies the models' forces by `part`. While E covers W, part = 1. Else `part` tends to
+// 1. The session multiplies the models' forces by `part`, which tends to 1 while E covers W, and else to
 //      E / W  while the tools move out, so that they end at E = 0,
 //      1      while the tools move in, no faster than a blend.
 //    `part` moves with energy, not with time: a tool that stands still feels a constant force.
@@ -23,7 +23,7 @@
 //    - F adds w / 2 to E in this frame, and takes at most r / 2 in the next frame. Hence l.
 //    - The second term gives at most as much in the next step as it takes in this step. So the tools pay back
 //      an overdraft as they move.
-//    - In an overdraft s = 0, and a tool that stands still has the dx of its last motion.
+//    - In an overdraft s = 0. Only F_played, not r or w, uses the last motion of a tool that stands still.
 //    - While contacts are in equilibrium and E covers W, forces are gradients of W, and l = -w is enough.
 //
 // A tool that suddenly moves much farther than in the last frame may overdraw the account. The tools pay an
@@ -50,7 +50,7 @@ struct Motion {
 struct Passivity {
   double account;      // E: J, or the model's units of energy, as all energies below
   double peak;         // the largest E of the session
-  double stored;       // W of the last frame
+  double stored;       // W of the last frame; from begin_account() on, of this frame
   double part;         // factor on the models' forces
   double work;         // work of the last frame's forces in this frame
   bool is_settled;     // all contacts were in equilibrium in this frame and the last
@@ -59,7 +59,7 @@ struct Passivity {
 
 void reset_passivity(Passivity& passivity);
 
-// Updates `part` for a frame, by the models' forces on the tools, `models` [num_used].
+// Updates E and `part` for a frame. `models` [num_used]: the models' forces of the tools on the tissue.
 void begin_account(const TissueState& tissue, ToolStates& states, const Wrench* models);
 
 // Multiplies the forces `outputs` [num_used] of this frame by s as in 2, and returns s.

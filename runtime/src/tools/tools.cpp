@@ -149,6 +149,46 @@ bool is_reliable(const ToolStates& states, const ZoneSet& set, uint32_t tool, ui
   return true;
 }
 
+// Holds the tissue at each tool that touches without a contact. Flags a tool that finds no room.
+void begin_touches(const TissueState& tissue, ToolStates& states, uint32_t* tool_flags) {
+  for (uint32_t tool = 0; tool < states.num_used; ++tool) {
+    const ToolState& state = states.tools[tool];
+    if (!state.touches || !state.has_pose || holds_anything(states, tool)) continue;
+    if (!try_to_touch(tissue, tool, states)) tool_flags[tool] |= PAL_FLAG_NO_ROOM;
+  }
+}
+
+// Multiplies the models' forces `wrenches` by Passivity::part, and holds and blends them.
+void blend_forces(const TissueState& tissue, double dt, const bool* is_stale, Wrench* wrenches,
+                  ToolStates& states, pal_tool_result* results) {
+  for (uint32_t tool = 0; tool < states.num_used; ++tool) {
+    ForceOutput& output = states.tools[tool].output;
+    pal_tool_result& result = results[tool];
+    reduce(states.passivity.part, result);
+    for (double& component : wrenches[tool].v) component *= states.passivity.part;
+    const bool reliable =
+        is_finite(result.stiffness) && is_reliable(states, tissue.zone.active, tool, result.flags);
+    result.flags |=
+        blend_force(*tissue.config, reliable, states.changed, is_stale[tool], dt, wrenches[tool], output);
+    if (output.held) memset(result.stiffness, 0, sizeof result.stiffness);
+  }
+}
+
+// Limits and fades the blended forces `wrenches`, and fills in the forces of the results.
+void output_forces(const pal_session_config& config, double dt, const bool* is_stale, Wrench* wrenches,
+                   ToolStates& states, pal_tool_result* results) {
+  const double share = limit_energy(states, wrenches);
+  for (uint32_t tool = 0; tool < states.num_used; ++tool) {
+    ForceOutput& output = states.tools[tool].output;
+    pal_tool_result& result = results[tool];
+    reduce(share, result);
+    const bool is_model = (result.flags & (PAL_FLAG_BLENDING | PAL_FLAG_HELD | PAL_FLAG_REDUCED)) == 0;
+    result.flags |= limit_force(config, is_model, is_stale[tool], dt, wrenches[tool], output);
+    memcpy(result.force, output.out.v, sizeof result.force);
+    memcpy(result.torque, output.out.v + 3, sizeof result.torque);
+  }
+}
+
 }  // namespace
 
 void reset_tool(ToolState& state) {
@@ -191,11 +231,7 @@ void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates
   }
   ToolRotation last = {{}, kMostTools};
   release_departed(tissue, last, states);
-  for (uint32_t tool = 0; tool < states.num_used; ++tool) {
-    ToolState& state = states.tools[tool];
-    if (!state.touches || !state.has_pose || holds_anything(states, tool)) continue;
-    if (!try_to_touch(tissue, tool, states)) tool_flags[tool] |= PAL_FLAG_NO_ROOM;
-  }
+  begin_touches(tissue, states, tool_flags);
   fill_inputs(tissue, states, last);
   take_from_lane(tissue);
   answer_or_fall_back(tissue, states);
@@ -216,28 +252,12 @@ void answer_tools(const pal_haptic_input& input, TissueState& tissue, ToolStates
   begin_account(tissue, states, wrenches);
   bool is_stale[kMostTools];
   for (uint32_t tool = 0; tool < states.num_used; ++tool) {
-    ToolState& state = states.tools[tool];
-    pal_tool_result& result = results[tool];
-    result.flags |= tool_flags[tool];
-    reduce(states.passivity.part, result);
-    for (double& component : wrenches[tool].v) component *= states.passivity.part;
+    const ToolState& state = states.tools[tool];
+    results[tool].flags |= tool_flags[tool];
     is_stale[tool] = state.has_pose && config.stale_seconds > 0 && state.age > config.stale_seconds;
-    const bool reliable =
-        is_finite(result.stiffness) && is_reliable(states, tissue.zone.active, tool, result.flags);
-    result.flags |=
-        blend_force(config, reliable, states.changed, is_stale[tool], dt, wrenches[tool], state.output);
-    if (state.output.held) memset(result.stiffness, 0, sizeof result.stiffness);
   }
-  const double part = limit_energy(states, wrenches);
-  for (uint32_t tool = 0; tool < states.num_used; ++tool) {
-    ForceOutput& output = states.tools[tool].output;
-    pal_tool_result& result = results[tool];
-    reduce(part, result);
-    const bool is_model = (result.flags & (PAL_FLAG_BLENDING | PAL_FLAG_HELD | PAL_FLAG_REDUCED)) == 0;
-    result.flags |= limit_force(config, is_model, is_stale[tool], dt, wrenches[tool], output);
-    memcpy(result.force, output.out.v, sizeof result.force);
-    memcpy(result.torque, output.out.v + 3, sizeof result.torque);
-  }
+  blend_forces(tissue, dt, is_stale, wrenches, states, results);
+  output_forces(config, dt, is_stale, wrenches, states, results);
   end_account(states);
 }
 

@@ -20,7 +20,7 @@ namespace {
 // about a hundred times as large.
 constexpr double kConverged = 1e-4;
 // Factor of kConverged if contacts of a refined zone stand still: errors disturb Anderson's acceleration.
-constexpr double kAtRest = 1e-4;
+constexpr double kStandingStill = 1e-4;
 // Tightens the error limit for a step that is not evaluated, because no residual measures its error.
 constexpr double kUnmeasured = 0.25;
 constexpr double kMostResidualRatio = 0.5;  // a tangent whose step leaves more of the residual is renewed
@@ -40,7 +40,8 @@ bool is_last_step(const ZoneFrame& frame, const ZoneGroup& group, double length,
 
 struct StepResult {
   double length;  // largest component of the full step; negative: the step failed and nothing has moved
-  // If false, ZoneWork::forces, ZoneGroup::energy and ZoneSet::turning are from before the step.
+  // If false, ZoneWork::forces, GroupExterior::force, ZoneGroup::energy and ZoneSet::turning are from before
+  // the step.
   bool is_evaluated;
 };
 
@@ -205,7 +206,7 @@ struct ErrorLimits {
   double unmeasured;  // as for is_last_step()
 };
 
-// Takes at least one Newton iteration in a group whose contacts have moved.
+// Takes at least one Newton iteration, if `iterations` > 0. Call move_contacts() and find_coupling() first.
 SolveResult solve_group(ZoneFrame& frame, uint32_t iterations, const ErrorLimits& limits, bool is_bounded,
                         bool is_renewed, ZoneGroup& group) {
   SolveResult solved = {};
@@ -286,7 +287,8 @@ ZoneAnswer solve_zone(const pal_pack& pack, const double* displacements, uint32_
   const bool is_still = largest_move <= kStill * pack.mean_surface_edge;
   ErrorLimits limits = {};
   limits.converged = kConverged * size;
-  limits.stop = (!are_forces_given && set.correction.is_refined && is_still ? kAtRest : 1) * limits.converged;
+  limits.stop =
+      (!are_forces_given && set.correction.is_refined && is_still ? kStandingStill : 1) * limits.converged;
   // The caller compares given forces with contact forces, so the last step is evaluated.
   limits.unmeasured = are_forces_given ? 0 : kUnmeasured * limits.stop;
   bool is_renewed[kMostZoneContacts] = {};

@@ -25,7 +25,7 @@ namespace palpate {
 struct ZoneAnswer {
   uint32_t flags;
   uint32_t iterations;  // Newton iterations of the slowest group
-  bool went_back;       // a group was returned to its last equilibrium or to rest
+  bool went_back;       // after its solve, a group was returned to its last equilibrium or to rest
   double energy;
   double left;  // estimated error of displacements, length unit
 };

@@ -155,7 +155,7 @@ void find_residual(ZoneFrame& frame, const ZoneGroup& group) {
       }
       if (master.turn == kNoUnknown) continue;
       add_cross(master.arm, force, residual + master.turn);
-      // d torque = (dw x a) x f = (a f^T - (a . f) I) dw, with a the arm and dw a rotation
+      // d torque = (dt x a) x f = (a f^T - (a . f) I) dt, with a the arm and dt a rotation
       double* turning = set.turning[group.contacts[(master.unknown - group.unknowns) / 3]];
       for (uint32_t row = 0; row < 3; ++row) {
         for (uint32_t column = 0; column < 3; ++column) {

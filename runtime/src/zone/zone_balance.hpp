@@ -23,7 +23,7 @@
 
 namespace palpate {
 
-// A set, and the vectors of the lane that evaluates it.
+// A set, and the vectors of the lane that evaluates it. Not a haptic frame: the refining lane has one too.
 struct ZoneFrame {
   const pal_pack& pack;
   const EliminationKernel& kernel;
@@ -46,7 +46,7 @@ void find_exterior_force(ZoneFrame& frame, ZoneGroup& group);
 // GroupExterior::coupled := T d of all groups.
 void find_coupling(ZoneFrame& frame);
 
-// Returns - d . (sum of T_g^T w_g^e) - d . M d / 2, the part of E that no group has.
+// Returns - d . (sum of T_g^T w_g^e) - d . M d / 2, the part of E, besides C, that no group has.
 double coupled_energy(const ZoneFrame& frame);
 
 // ZoneSet::coupled_force := p.
@@ -59,7 +59,7 @@ void find_axis_forces(ZoneFrame& frame, const double* displacement, double* forc
 void find_outside(ZoneFrame& frame, const ZoneGroup& group);
 
 // ZoneWork::residual := r = P(w) - P(0) + [q]_B on the unknowns, then the forces and torques on the contact
-// axes. Also computes ZoneSet::turning. Call evaluate_group() first; the function calls find_outside().
+// axes. Also computes ZoneSet::turning. Call evaluate_group() and find_coupling() first.
 void find_residual(ZoneFrame& frame, const ZoneGroup& group);
 
 // Returns the group's part of E, w . S w / 2 + c . w + w . T d. Call find_outside() first.
