@@ -295,12 +295,13 @@ void require_zones(bool zones_can_answer, const char* option) {
                   option));
 }
 
-void apply_gravity(const ContactArguments& arguments, const pal_pack_info& info, ModelUnitSession& session) {
+void apply_gravity(const ContactArguments& arguments, const pal_pack_info& info, pal_model model,
+                   ModelUnitSession& session) {
   const Eigen::Vector3d acceleration = parse_gravity(arguments.gravity);
   if (info.gravity_may_turn == 0)
     throw std::runtime_error(
         "--gravity: the gravity of this pack may not turn; build it with [gravity] may_turn = true");
-  if (arguments.model == "polynomial" || arguments.model == "affine")
+  if (model == PAL_MODEL_POLYNOMIAL || model == PAL_MODEL_AFFINE)
     throw std::runtime_error(
         fmt::format("--model {} supports the scene's gravity only; use auto or linear", arguments.model));
   session.set_gravity(acceleration);
@@ -361,7 +362,7 @@ ContactAnswer answer_contacts(const OpenedPack& opened, const ContactArguments& 
                            !rotations.empty(), true);
   session.turn(rotations);
   session.fix(fixed);
-  if (!arguments.gravity.empty()) apply_gravity(arguments, info, session);
+  if (!arguments.gravity.empty()) apply_gravity(arguments, info, model, session);
   if (!arguments.inclusion.empty()) {
     const pal_inclusion inclusion = parse_inclusion(arguments.inclusion);
     require_zones(zones_can_answer, "--inclusion");

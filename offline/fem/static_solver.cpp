@@ -106,6 +106,7 @@ struct StaticSolver::NewtonState {
     return true;
   }
 
+  // Computes the forces at `displacement` again. Unlike evaluate(), leaves the report as it is.
   void restore() {
     elements = solver.internal_force(displacement, internal);
     external = external_force(solver.assembly_->model(), load, displacement);
@@ -176,10 +177,14 @@ bool StaticSolver::newton(const LoadCase& load, double load_factor, int incremen
 
     Eigen::MatrixXd direction = at.residual_force;
     const bool fresh = !reuse;
-    fresh_iterations += fresh;
-    if (reuse) single_used_ = single_used_ || factor_precision_ == Precision::single_precision;
-    const bool solved =
-        reuse ? back_solve(direction) : factor_and_solve(load, displacement, direction, projected, report);
+    bool solved;
+    if (fresh) {
+      ++fresh_iterations;
+      solved = factor_and_solve(load, displacement, direction, projected, report);
+    } else {
+      single_used_ = single_used_ || factor_precision_ == Precision::single_precision;
+      solved = back_solve(direction);
+    }
     if (!solved) return give_up(StopCause::no_tangent, report);
     if (iteration == 1) predicted_motion_ += projected ? kNoPrediction : direction.norm();
     const double norm_before = at.norm;

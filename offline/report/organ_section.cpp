@@ -238,7 +238,7 @@ void add_method_tables(const OrganReport& organ, Section& section) {
                   time_spread(organ)));
   section.text("<div class=\"wide\">" + method_table(organ, false).html() + "</div>\n");
   section.text("<details><summary>Every |d|</summary>\n<div class=\"wide\">" +
-               method_table(organ, true).html() + "</div></details>\n</section>\n");
+               method_table(organ, true).html() + "</div></details>\n");
 }
 
 }  // namespace
@@ -281,6 +281,7 @@ std::string write_organ_section(const OrganReport& organ, const std::filesystem:
   add_speed_figures(organ, methods, section);
   add_error_figures(organ, pushes, section);
   add_method_tables(organ, section);
+  section.text("</section>\n");
   return section.take();
 }
 

@@ -105,7 +105,8 @@ void choose_answered(ResponseKind kind, const uint64_t* ids, bool ready, bool fi
   }
 }
 
-// Updates `catches_up`. Treats an answer as changed in four cases, because the force may jump:
+// Updates `catches_up`, and clears the zone's marks. Treats an answer as changed in four cases, because the
+// force may jump:
 // - A new zone starts where the organ is and catches up with the tools. Before equilibrium its force may be
 //   several times the final force.
 // - A zone had a setback (zone_setback.hpp) in this frame, or in a contact frame since the last haptic frame.
