@@ -1,6 +1,7 @@
 // palpate: turns a model file into an organ that responds to touch.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -50,6 +51,15 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
   return name + ": " + reason + "; see '" + name + " --help'";
 }
 
+// Prints a message that may quote any argument, without the control characters that change a terminal.
+void print_error(std::string message) {
+  std::replace_if(
+      message.begin(), message.end(),
+      [](unsigned char letter) { return std::iscntrl(letter) != 0 && letter != '\n' && letter != '\t'; },
+      '?');
+  std::fprintf(stderr, "%s\n", message.c_str());
+}
+
 // Flushes standard output, where a full disk shows first. Returns false, after a message, on failure.
 bool flush_output() {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
@@ -87,7 +97,7 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) {
-      std::fprintf(stderr, "%s\n", usage_error(app, error).c_str());
+      print_error(usage_error(app, error));
       return 1;
     }
     app.exit(error);  // --help and --version print themselves
@@ -110,11 +120,10 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "palpate: out of memory\n");
     return 1;
   } catch (const std::filesystem::filesystem_error& error) {
-    std::fprintf(stderr, "%s: %s; name another file or folder\n", error.path1().c_str(),
-                 error.code().message().c_str());
+    print_error(error.path1().string() + ": " + error.code().message() + "; name another file or folder");
     return 1;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s\n", error.what());
+    print_error(error.what());
     return 1;
   }
   return flush_output() || exit_code != 0 ? exit_code : 1;

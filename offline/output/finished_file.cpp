@@ -26,6 +26,13 @@ bool is_stream(const fs::path& path) {
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
+// A named pipe without a reader would block the program. A pipe of the shell, as >(sort), is a link in /dev/fd.
+void refuse_named_pipe(const fs::path& path) {
+  std::error_code ignored;
+  if (fs::is_fifo(fs::symlink_status(path, ignored)))
+    throw std::runtime_error(path.string() + ": is a named pipe; name a file");
+}
+
 // Returns the file behind a link, so that a rename keeps the link; else returns `path`.
 fs::path behind_links(const fs::path& path) {
   std::error_code error;
@@ -76,6 +83,7 @@ void check_can_finish(const fs::path& path) {
   if (fs::is_directory(path)) throw std::runtime_error(name + ": is a folder; name a file in it");
   if (path.has_parent_path() && !fs::is_directory(path.parent_path()))
     throw std::runtime_error(name + ": its folder does not exist; make it first");
+  refuse_named_pipe(path);
   if (is_stream(path)) return;
   remove_left_overs(behind_links(path));
   const fs::path temporary = temporary_beside(behind_links(path));
@@ -97,6 +105,7 @@ void check_keeps_inputs(const fs::path& path, const std::vector<fs::path>& input
 }
 
 void write_finished_file(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+  refuse_named_pipe(path);
   if (is_stream(path)) {
     write(path);
     return;

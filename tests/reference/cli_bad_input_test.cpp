@@ -33,6 +33,11 @@ struct Case {
   std::vector<std::string> words;  // words in the message; the message starts with the first
 };
 
+TEST(BadInput, NameWithControlCharactersLeavesTheTerminalAsItIs) {
+  EXPECT_EQ(refusal_of({"info", "red\x1b[31m.pack"}), "red?[31m.pack: the file does not exist");
+  EXPECT_EQ(refusal_of({"info", "a.pack", "--\x1b[31m"}).find('\x1b'), std::string::npos);
+}
+
 TEST_F(BadScene, EachIsNamedByFileAndLine) {
   const std::vector<Case> cases = {
       {"missing model",

@@ -1,6 +1,7 @@
 // A killed `palpate build`, its resumption, and a build that cannot write.
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
 #include <sys/wait.h>
 
 #include <chrono>
@@ -138,6 +139,10 @@ TEST(Build, PlaceThatCannotBeWrittenIsSaidBeforeTheWork) {
             files.scene.string() + ": is an input of this command; name another place with -o");
   const std::string model = (files.dir.path() / "block.inp").string();
   EXPECT_EQ(refusal(model), model + ": is an input of this command; name another place with -o");
+  const std::string pipe = (files.dir.path() / "pipe").string();
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(refusal(pipe), pipe + ": is a named pipe; name a file");
+  std::filesystem::remove(pipe);
   EXPECT_EQ(refusal("/proc/x.pack").substr(0, 14), "/proc/x.pack: ");
   EXPECT_EQ(names_in(files.dir.path()), (std::vector<std::string>{"block.inp", "block.toml"}));
 }
