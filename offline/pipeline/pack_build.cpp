@@ -115,8 +115,8 @@ SolveCounts share(Ranks& ranks, size_t count, const std::function<SolveCounts(Ra
   return counts;
 }
 
-// Samples the sites and solves the contact sets on all ranks; the first rank collects the results from the
-// store, and solves what is missing. Returns false on every rank but the first.
+// Samples the sites and solves the contact sets on all ranks. The first rank collects the results from the
+// store, solves the missing samples and sets, and returns true. The other ranks return false.
 bool solve_all(const BuildInputs& from, Ranks* ranks, PackBuild& build) {
   const size_t num_sites = num_worked(from.plan, from.sites);
   const auto sample = [&](const std::function<int(int)>& shown, const std::function<size_t()>& next) {
