@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "runtime/src/session/session_state.hpp"
 #include "tests/support/zone_block.hpp"
 
 namespace palpate::test {
@@ -42,6 +43,27 @@ TEST(ZoneNeighbours, NeighboursThatPullAgainstEachOther) {
             field_tolerance(2e-6) * size);
   const auto alone = settle(session, {contacts[0]});
   EXPECT_GE(Eigen::Vector3d(apart[0].force).norm(), 3 * Eigen::Vector3d(alone[0].force).norm());
+}
+
+// A group that goes to rest drops the correction of all groups. The others do not take this for an
+// equilibrium that they missed.
+TEST(ZoneNeighbours, RestOfAGroupIsNoSetbackOfOthers) {
+  const ZoneBlock& organ = tissue_block(1, false, Eigen::Vector3d::Zero(), 6, 0.1);
+  const double edge = organ.block.sites.mean_surface_edge;
+  std::vector<pal_contact> contacts = {{0, {-0.4 * edge, 0, -edge}, 0, {}, {}, {}},
+                                       {1, {0.4 * edge, 0, -edge}, 0, {}, {}, {}},
+                                       {24, {0, 0, -edge}, 0, {}, {}, {}}};
+  OwnedSession session(organ.pack->get(), organ.config(3));
+  settle(session, contacts);
+  ZoneSet& set = session.get()->tissue.zone.active;
+  ASSERT_EQ(set.num_groups, 2U);
+  ZoneGroup& alone = set.groups[is_alone_in_zone(set, set.groups[0].contacts[0]) ? 0 : 1];
+  const ZoneGroup& neighbours = set.groups[&alone == set.groups ? 1 : 0];
+  rest_group(*session.get()->tissue.pack, set, alone);
+  for (pal_contact& contact : contacts) contact.displacement[2] -= 0.1 * edge;
+  session.touch(contacts);
+  EXPECT_EQ(neighbours.setbacks.failures, 0U);
+  EXPECT_FALSE(neighbours.setbacks.is_back);
 }
 
 }  // namespace zone_neighbours_test

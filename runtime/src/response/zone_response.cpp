@@ -115,10 +115,10 @@ void fill_results(const TissueState& tissue, const pal_contact* contacts, uint32
   }
 }
 
-// Sets ZoneCorrection::force_change in a frame that took a delivery, if no contact's displacement changed;
-// rotations are ignored. `followed`, `forces`: [3 contacts] displacements and forces before the frame.
+// Sets ZoneCorrection::force_change in a frame that took a delivery, if no contact moved or turned.
+// `followed`, `forces`: [num_axes] ZoneSet::followed and force before the frame.
 void find_force_changes(const double* followed, const double* forces, ZoneSet& set) {
-  if (memcmp(followed, set.followed, 3 * set.num_contacts * sizeof *followed) != 0) return;
+  if (memcmp(followed, set.followed, set.num_axes * sizeof *followed) != 0) return;
   for (uint32_t c = 0; c < set.num_contacts; ++c) {
     double change[3];
     for (uint32_t i = 0; i < 3; ++i) change[i] = set.force[3 * c + i] - forces[3 * c + i];
@@ -167,9 +167,10 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
       tissue.displacements[at] = tissue.zone.strained ? set.wanted[at] : 0.0;
   }
   const bool is_turned = take_turns(tissue, contacts, count, turns);
-  double before[6 * pack::kMostZoneContacts];  // displacements, then forces
-  memcpy(before, set.followed, 3 * count * sizeof *before);
-  memcpy(before + 3 * count, set.force, 3 * count * sizeof *before);
+  double followed[kMostZoneAxes];
+  double forces[kMostZoneAxes];
+  memcpy(followed, set.followed, set.num_axes * sizeof *followed);
+  memcpy(forces, set.force, set.num_axes * sizeof *forces);
   ZoneAnswer answer;
   ForceControl control;
   PointResponse transfer[pack::kMostZoneContacts];
@@ -199,7 +200,7 @@ void answer_zone(TissueState& tissue, const pal_contact* contacts, uint32_t coun
     const bool keeps_goal = is_force_given(contacts[at / 3], at % 3) && !answer.went_back;
     set.wanted[at] = keeps_goal ? tissue.displacements[at] : set.followed[at];
   }
-  if (tissue.has_correction) find_force_changes(before, before + 3 * count, tissue.zone.active);
+  if (tissue.has_correction) find_force_changes(followed, forces, tissue.zone.active);
   exchange_with_lane(tissue, answer);
   if (!answer.went_back) answer.flags |= control.flags;
   if (!control.has_ended) answer.flags |= PAL_FLAG_UNCONVERGED;

@@ -244,6 +244,9 @@ void rest_group(const pal_pack& pack, ZoneSet& set, ZoneGroup& group) {
     memset(set.turning[group.contacts[slot]], 0, sizeof *set.turning);
   for (uint32_t p = 0; p < group.batches.num_patches; ++p)
     group.batches.patches[p].followed = group.batches.patches[p].at_rest;
+  // The balances of the other groups belong to the correction that is dropped here.
+  for (uint32_t g = 0; g < set.num_groups && set.correction.is_refined; ++g)
+    set.groups[g].has_balance = false;
   drop_correction(set);
   group.stored = 0;
   drop_tangent(group);
