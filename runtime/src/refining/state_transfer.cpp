@@ -92,17 +92,6 @@ bool begin_groups(const pal_pack& pack, ZoneWork& work, ZoneSet& set) {
   return none_inverted;
 }
 
-// Copies the displacements of moving nodes that both sets have. `place_of`: ZonePreparation::place_of.
-void copy_displacements(const pal_pack& pack, const ZoneSet& before, const uint32_t* place_of, ZoneSet& set) {
-  for (uint32_t i = 0; i < before.num_nodes; ++i) {
-    const uint32_t place = place_of[before.nodes[i]];
-    const bool is_in_both = place < set.num_nodes && set.nodes[place] == before.nodes[i];
-    if (!is_in_both || moving_axes(pack, set, place) == 0) continue;
-    memcpy(set.displacement + size_t{3} * place, before.displacement + size_t{3} * i,
-           3 * sizeof *set.displacement);
-  }
-}
-
 }  // namespace
 
 void name_contacts(const pal_pack& pack, const pal_contact* contacts, uint32_t count, const FixedNodes& fixed,
@@ -148,8 +137,6 @@ void exchange_sets(const pal_pack& pack, ZoneMailbox& mailbox, ZonePreparation& 
   ZoneSet& set = preparation.set;
   ZoneFrame frame = {pack, state.kernel, state.work, set, 0};
   const ZoneRequest& request = mailbox.request;
-  double prepared_axes[kMostZoneAxes];
-  memcpy(prepared_axes, set.followed, set.num_axes * sizeof *prepared_axes);
   const bool is_strained_now = state.active.ready && state.strained;
   ZoneCorrection& correction = set.correction;
   correction.number = request.next_set;
@@ -159,22 +146,12 @@ void exchange_sets(const pal_pack& pack, ZoneMailbox& mailbox, ZonePreparation& 
   correction.change = static_cast<double>(INFINITY);
   for (double& change : correction.force_change) change = -1;
   if (is_strained_now && request.is_strained && mailbox.delivery.is_good && has_exterior(set))
-    take_correction(mailbox, prepared_axes, set.displacement, frame);
-  if (is_strained_now) copy_displacements(pack, state.active, preparation.place_of, set);
-  carry_contacts(pack, state.active, set);
-  find_patch_displacements(pack, set);
+    take_correction(mailbox, set.followed, set.displacement, frame);
   memset(set.coupled_force, 0, set.num_axes * sizeof *set.coupled_force);
   std::swap(state.tangents, mailbox.delivery.tangents);
   use_tangents(state.tangents, mailbox.delivery.made, set);
-  begin_groups(pack, state.work, set);
-  for (uint32_t g = 0; g < set.num_groups; ++g) {
-    ZoneGroup& group = set.groups[g];
-    if (request.is_strained && !is_strained_now) rest_group(pack, set, group);
-    for (uint32_t i = 0; i < group.num_axes; ++i) {
-      const uint32_t at = contact_axis(set, group, i);
-      group.tangent.moved += length_of(frame, at, set.followed[at] - prepared_axes[at]);
-    }
-  }
+  for (uint32_t g = 0; g < set.num_groups && request.is_strained && !is_strained_now; ++g)
+    rest_group(pack, set, set.groups[g]);
   set.ready = true;
   std::swap(state.active, set);
 }
