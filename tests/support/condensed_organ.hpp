@@ -70,7 +70,7 @@ struct CondensedOrgan {
 
   bool advance(const Condensation* shared, const uint8_t* without, Condensation& condensation) {
     const Exterior what = {pack, kernel, front_of, elements, without, rest.data()};
-    if (!begin_condensation(what, shared, scratch, condensation)) return false;
+    begin_condensation(what, shared, scratch, condensation);
     Progress progress;
     do {
       uint64_t spent = 0;

@@ -81,7 +81,7 @@ class LiveOrgan {
     do {
       uint64_t spent = 0;
       progress =
-          advance_iteration(of_.outside(), of_.exterior, slice, of_.scratch, &acceleration_, state_, spent);
+          advance_iteration(of_.outside(), of_.exterior, slice, of_.scratch, acceleration_, state_, spent);
     } while (progress == Progress::goes_on);
     if (progress == Progress::failed) return false;
     for (uint32_t i = 0; i < pack.organ.num_nodes; ++i) {

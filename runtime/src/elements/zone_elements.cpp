@@ -168,24 +168,6 @@ ZoneStrain add_zone_forces(const ZoneBatches& batches, const double* displacemen
   return strain;
 }
 
-uint32_t num_parts(const ZoneBatches& batches) {
-  return batches.num_patches > 0 ? 1 : batches.num_linear + batches.num_quadratic;
-}
-
-ZoneBatches part_of(const ZoneBatches& batches, uint32_t part) {
-  ZoneBatches chosen = batches;
-  if (chosen.num_patches > 0) return chosen;
-  const bool is_linear = part < chosen.num_linear;
-  if (is_linear) {
-    chosen.linear += part;
-  } else {
-    chosen.quadratic += part - chosen.num_linear;
-  }
-  chosen.num_linear = is_linear ? 1 : 0;
-  chosen.num_quadratic = is_linear ? 0 : 1;
-  return chosen;
-}
-
 uint64_t force_operations(const ZoneBatches& batches) {
   constexpr uint64_t kDyadic = 600;      // multiply-adds of a four-node element
   constexpr uint64_t kQuadratic = 20;    // a ten-node element costs as much as 20 four-node elements

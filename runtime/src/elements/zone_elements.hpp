@@ -83,10 +83,6 @@ void for_each_lanes(const ZoneBatches& batches, Work&& work) {
     work(batches.quadratic[n], batches.quadratic[n].elements.nodes.data());
 }
 
-// Forces and stiffness are sums over parts. A part is a batch, or all batches if elements share volumes.
-uint32_t num_parts(const ZoneBatches& batches);
-ZoneBatches part_of(const ZoneBatches& batches, uint32_t part);
-
 // Returns the largest sum over an element's nodes of |dN_a / dX|, in 1 / length. If each node moves by at
 // most l, F changes by at most l times this sum.
 double steepest_gradient(const ZoneBatches& batches);

@@ -280,11 +280,10 @@ void clear_scratch(const pal_pack& pack, CondensationScratch& scratch) {
   for (uint32_t i = 0; i < pack.organ.num_nodes; ++i) scratch.unknown_of[i] = kNoUnknown;
 }
 
-bool begin_condensation(const Exterior& exterior, const Condensation* whole, CondensationScratch& scratch,
+void begin_condensation(const Exterior& exterior, const Condensation* whole, CondensationScratch& scratch,
                         Condensation& condensation) {
   const OrganView& organ = exterior.pack.organ;
   if (condensation.is_assembled) forget_front(condensation, scratch);
-  if (condensation.num_kept > condensation.room.kept || condensation.room.kept > scratch.kept) return false;
   condensation.front = condensation.column = 0;
   condensation.is_assembled = false;
   condensation.nodes_used = condensation.panels_used = condensation.updates_used = 0;
@@ -301,7 +300,6 @@ bool begin_condensation(const Exterior& exterior, const Condensation* whole, Con
   for (uint32_t f = 0; f < organ.num_fronts; ++f) {
     if (whole != nullptr && condensation.is_own[f] == 0) condensation.fronts[f] = whole->fronts[f];
   }
-  return true;
 }
 
 Progress advance_condensation(const Exterior& exterior, uint64_t operations, CondensationScratch& scratch,

@@ -108,10 +108,9 @@ struct Exterior {
   const double* displacement;        // [num_nodes][3] from the mesh: K is the tangent there
 };
 
-// Begins a condensation whose `roles`, `kept` and `num_kept` the caller has set. `whole`: the factor of the
+// Begins a condensation whose `roles`, `kept` and `num_kept`, within the room, the caller has set. `whole`: the factor of the
 // whole organ at the same displacement, which must outlive the shared fronts; null: no front is shared.
-// Returns false if the kept nodes exceed the room.
-bool begin_condensation(const Exterior& exterior, const Condensation* whole, CondensationScratch& scratch,
+void begin_condensation(const Exterior& exterior, const Condensation* whole, CondensationScratch& scratch,
                         Condensation& condensation);
 
 // Advances until `spent` reaches `operations`, multiply-adds. Fails if K_OO is not positive definite, S is

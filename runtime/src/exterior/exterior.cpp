@@ -33,10 +33,10 @@ void begin_evaluate_phase(const Exterior& exterior, ExteriorState& state) {
   state.front = 0;
 }
 
-void end_extension(const Exterior& exterior, Acceleration* acceleration, ExteriorState& state) {
+void end_extension(const Exterior& exterior, Acceleration& acceleration, ExteriorState& state) {
   for (size_t i = 0; i < num_values(exterior); ++i)
     state.next[i] = state.displacement[i] + state.part * state.next[i];
-  if (acceleration != nullptr && state.part == 1) accelerate(state.displacement, state.next, *acceleration);
+  if (state.part == 1) accelerate(state.displacement, state.next, acceleration);
   begin_evaluate_phase(exterior, state);
 }
 
@@ -124,7 +124,7 @@ void begin_evaluation(const Exterior& exterior, ExteriorState& state) {
 }
 
 Progress advance_iteration(const Exterior& exterior, const Condensation& condensation, uint64_t operations,
-                           CondensationScratch& scratch, Acceleration* acceleration, ExteriorState& state,
+                           CondensationScratch& scratch, Acceleration& acceleration, ExteriorState& state,
                            uint64_t& spent) {
   const uint32_t num_fronts = exterior.pack.organ.num_fronts;
   while (state.phase != Phase::ended) {
@@ -138,7 +138,7 @@ Progress advance_iteration(const Exterior& exterior, const Condensation& condens
           if (!end_evaluation(exterior, state)) {
             state.phase = Phase::ended;
             state.part = std::max(kLeastPart, 0.5 * state.part);
-            if (acceleration != nullptr) restart_acceleration(*acceleration);
+            restart_acceleration(acceleration);
             return Progress::failed;
           }
           break;

@@ -50,9 +50,9 @@ void begin_evaluation(const Exterior& exterior, ExteriorState& state);
 // any slices. The iteration fails if an element outside would be inverted, or nearly. A failed iteration
 // keeps u and `forces` as they were, restarts the acceleration and halves the next step. A good iteration
 // doubles the next step, up to 1. No condensation may advance during an iteration: both use the pressures of
-// shared volumes. `acceleration` mixes u of all nodes; null: none. Restart it after contacts have moved.
+// shared volumes. `acceleration` mixes u of all nodes. Restart it after contacts have moved.
 Progress advance_iteration(const Exterior& exterior, const Condensation& condensation, uint64_t operations,
-                           CondensationScratch& scratch, Acceleration* acceleration, ExteriorState& state,
+                           CondensationScratch& scratch, Acceleration& acceleration, ExteriorState& state,
                            uint64_t& spent);
 
 // Adds the forces of the front's elements outside of the zone, and adds their energy and smallest det F to

@@ -25,12 +25,6 @@ uint64_t add_front(const void* elements, uint32_t front, float* matrix) {
   return operations;
 }
 
-uint32_t moving_axes_of(const void* elements, uint32_t node) {
-  const auto& [source, group] = *static_cast<const FrontElements*>(elements);
-  const ZoneLayout& layout = source.layout;
-  return moving_axes(source.pack, layout.members, layout.groups[group].first_node + node);
-}
-
 }  // namespace
 
 bool advance_group_tangents(const GroupTangentSource& source, uint64_t operations,
@@ -43,8 +37,9 @@ bool advance_group_tangents(const GroupTangentSource& source, uint64_t operation
   for (; tangents.group < layout.num_groups; ++tangents.group, tangents.maker = {}) {
     const GroupLayout& group = layout.groups[tangents.group];
     const FrontElements elements = {source, tangents.group};
-    const TangentSource group_source = {source.kernel, group,     block,         source.pack.organ.num_fronts,
-                                        &elements,     add_front, moving_axes_of};
+    const TangentSource group_source = {source.pack, source.kernel, layout.members,
+                                        group,       block,         source.pack.organ.num_fronts,
+                                        &elements,   add_front};
     Progress progress = Progress::goes_on;
     while (progress == Progress::goes_on && spent < operations)
       progress = advance_tangent(group_source, operations, buffers.matrices + group.matrix_place,

@@ -2,7 +2,6 @@
 //
 //   name       a frame names the contacts and the fixed nodes              (state_transfer.hpp)
 //   members    the lane lists nodes and elements of the groups             (zone_members.hpp)
-//   rest       computes the nodal forces at rest
 //   place      starts the nodes from the current solution                  (state_transfer.hpp)
 //   S          condenses the exterior onto the boundaries                  (condensation.hpp)
 //   tangents   makes the first tangent of each group                       (group_tangents.hpp)
@@ -26,10 +25,8 @@ struct ZonePreparation {
   ZoneRoom room;
   ZoneSet set;
   ZoneWork work;
-  // Progress
-  uint32_t group;  // rest: index of the group at work
-  uint32_t step;   // members: number of steps done; rest: part of the group's elements
-  struct Used {    // entries of the set's arrays that earlier groups use
+  uint32_t step;  // members: number of steps done
+  struct Used {   // entries of the set's arrays that earlier groups use
     uint32_t masters;
     uint32_t linear;
     uint32_t quadratic;
@@ -54,12 +51,6 @@ struct ZonePreparation {
 
 void carve_preparation(const pal_pack& pack, const ZoneRoom& room, Arena& arena,
                        ZonePreparation& preparation);
-
-// Begins `rest`: gives each group its vectors. Refuses an unsound or too large set, and returns false then.
-bool begin_rest(ZonePreparation& preparation);
-
-// Advances `rest` until `spent` reaches `operations`, multiply-adds. Returns true at the end.
-bool advance_rest(const pal_pack& pack, uint64_t operations, ZonePreparation& preparation, uint64_t& spent);
 
 // Empties the set and marks it as unsound, so that the set cannot answer.
 void refuse_set(ZonePreparation& preparation);

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include <algorithm>
-#include <atomic>
 
 #include "runtime/src/pack/pack_view.hpp"
 #include "runtime/src/refining/delivery.hpp"
@@ -30,17 +29,17 @@ bool is_preparing(const Refinement& lane) {
 }
 
 // Begins to condense the exterior with the tangent and the pressures at rest.
-bool begin_condensation_at_rest(const pal_pack& pack, const EliminationKernel& kernel, Refinement& lane) {
+void begin_condensation_at_rest(const pal_pack& pack, const EliminationKernel& kernel, Refinement& lane) {
   lane.phase = Phase::condense;
   lane.is_condensed = false;
   const ZoneBatches& all = lane.elements.all;
   for (uint32_t p = all.first_patch; p < all.first_patch + all.num_patches; ++p)
     all.patches[p].followed = all.patches[p].at_rest;
-  return begin_condensation(exterior_of(pack, kernel, lane), &lane.whole, lane.scratch, lane.condensation);
+  begin_condensation(exterior_of(pack, kernel, lane), &lane.whole, lane.scratch, lane.condensation);
 }
 
 // Puts the exterior at rest and begins to condense the exterior there.
-bool begin_at_rest(const pal_pack& pack, const EliminationKernel& kernel, Refinement& lane) {
+void begin_at_rest(const pal_pack& pack, const EliminationKernel& kernel, Refinement& lane) {
   lane.phase = Phase::condense;
   lane.history.failures = 0;
   lane.history.is_unstable = false;
@@ -48,20 +47,18 @@ bool begin_at_rest(const pal_pack& pack, const EliminationKernel& kernel, Refine
   rest_exterior(exterior_of(pack, kernel, lane), lane.exterior);
   std::fill_n(lane.response.followed, kMostZoneAxes, 0.0);
   restart_acceleration(lane.acceleration);
-  return begin_condensation_at_rest(pack, kernel, lane);
+  begin_condensation_at_rest(pack, kernel, lane);
 }
 
 // Places the prepared set at the exterior's displacement or at rest, and begins to condense the exterior.
-bool begin_exterior(const pal_pack& pack, const EliminationKernel& kernel, Refinement& lane) {
+void begin_exterior(const pal_pack& pack, const EliminationKernel& kernel, Refinement& lane) {
   const size_t bytes = size_t{3} * pack.organ.num_nodes * sizeof *lane.zone;
   memcpy(lane.zone, lane.starts_strained ? lane.exterior.displacement : lane.rest, bytes);
   if (!place_set(pack, lane.zone, lane.preparation)) lane.starts_strained = false;
-  if (!describe_zones(pack, lane.preparation, lane.mailbox.request.next_set, lane.elements, lane.condensation,
-                      lane.layout) ||
-      !begin_at_rest(pack, kernel, lane))
-    return false;
+  describe_zones(pack, lane.preparation, lane.mailbox.request.next_set, lane.elements, lane.condensation,
+                 lane.layout);
+  begin_at_rest(pack, kernel, lane);
   if (lane.starts_strained) memcpy(lane.exterior.displacement, lane.zone, bytes);
-  return true;
 }
 
 // Whether the contacts are where the last iteration had them.
@@ -104,12 +101,11 @@ void deliver(bool is_good, Refinement& lane) {
   lane.mailbox.delivery.is_good = is_good;
   lane.mailbox.delivery.is_unstable = lane.history.is_unstable;
   lane.phase = Phase::begin;
-  std::atomic_ref<uint32_t>(lane.mailbox.state)
-      .store(static_cast<uint32_t>(MailboxState::delivered), std::memory_order_release);
+  set_state(lane.mailbox, MailboxState::delivered);
 }
 
 // Puts the organ at rest with the stiffness of this inclusion, and begins to factor the organ there.
-bool begin_whole(const pal_pack& pack, const EliminationKernel& kernel, const Inclusion& inclusion,
+void begin_whole(const pal_pack& pack, const EliminationKernel& kernel, const Inclusion& inclusion,
                  uint32_t version, Refinement& lane) {
   set_organ_stiffness(pack, inclusion, lane.elements);
   lane.inclusion_version = version;
@@ -118,7 +114,7 @@ bool begin_whole(const pal_pack& pack, const EliminationKernel& kernel, const In
   lane.phase = Phase::whole;
   const Exterior organ = exterior_of(pack, kernel, lane);
   rest_exterior(organ, lane.exterior);
-  return begin_condensation(organ, nullptr, lane.scratch, lane.whole);
+  begin_condensation(organ, nullptr, lane.scratch, lane.whole);
 }
 
 // Places the held nodes of the prepared set by its contacts, and begins the first tangents of its groups.
@@ -156,8 +152,10 @@ bool advance_tangents(const pal_pack& pack, const EliminationKernel& kernel, uin
 bool begin_phase(const pal_pack& pack, const EliminationKernel& kernel, Refinement& lane) {
   const ZoneRequest& request = lane.mailbox.request;
   if (lane.is_broken) return false;
-  if (!lane.has_whole || lane.inclusion_version != request.inclusion_version)
-    return begin_whole(pack, kernel, request.inclusion, request.inclusion_version, lane);
+  if (!lane.has_whole || lane.inclusion_version != request.inclusion_version) {
+    begin_whole(pack, kernel, request.inclusion, request.inclusion_version, lane);
+    return true;
+  }
   const bool is_same_set = lane.layout.set_number == request.set;
   if (is_preparing(lane) &&
       !(request.is_strained && lane.is_condensed && is_same_set && !lane.starts_strained)) {
@@ -166,14 +164,16 @@ bool begin_phase(const pal_pack& pack, const EliminationKernel& kernel, Refineme
     return true;
   }
   if (!is_same_set) return false;
-  if (!lane.is_condensed) return begin_at_rest(pack, kernel, lane);
-  if (!is_preparing(lane) && is_tangent_old(pack, lane)) {
+  if (!lane.is_condensed) {
+    begin_at_rest(pack, kernel, lane);
+  } else if (!is_preparing(lane) && is_tangent_old(pack, lane)) {
     lane.phase = Phase::renew;
-    return begin_condensation(exterior_of(pack, kernel, lane), nullptr, lane.scratch, lane.condensation);
+    begin_condensation(exterior_of(pack, kernel, lane), nullptr, lane.scratch, lane.condensation);
+  } else {
+    lane.phase = Phase::iterate;
+    lane.mailbox.delivery.has_tangents = false;
+    begin_exterior_iteration(pack, kernel, lane);
   }
-  lane.phase = Phase::iterate;
-  lane.mailbox.delivery.has_tangents = false;
-  begin_exterior_iteration(pack, kernel, lane);
   return true;
 }
 
@@ -197,9 +197,7 @@ Progress advance_work(const pal_pack& pack, const EliminationKernel& kernel, uin
     case Phase::begin:
       return begin_phase(pack, kernel, lane) ? Progress::goes_on : Progress::failed;
     case Phase::members:
-      return progress_of(collect_members(pack, operations, preparation, spent));
-    case Phase::rest:
-      return progress_of(advance_rest(pack, operations, preparation, spent));
+      return collect_members(pack, operations, preparation, spent);
     case Phase::tangents:
       return progress_of(advance_tangents(pack, kernel, operations, lane, spent));
     case Phase::respond: {
@@ -209,7 +207,7 @@ Progress advance_work(const pal_pack& pack, const EliminationKernel& kernel, uin
     }
     case Phase::evaluate:
     case Phase::iterate:
-      return advance_iteration(exterior, lane.condensation, operations, lane.scratch, &lane.acceleration,
+      return advance_iteration(exterior, lane.condensation, operations, lane.scratch, lane.acceleration,
                                lane.exterior, spent);
     default:
       return advance_condensation(exterior, operations, lane.scratch,
@@ -227,11 +225,9 @@ Progress advance_preparation(const pal_pack& pack, const EliminationKernel& kern
       lane.phase = Phase::begin;
       return Progress::goes_on;
     case Phase::members:
-      if (!begin_rest(lane.preparation)) return Progress::failed;
-      lane.phase = Phase::rest;
+      if (progress == Progress::failed) return progress;
+      begin_exterior(pack, kernel, lane);
       return Progress::goes_on;
-    case Phase::rest:
-      return begin_exterior(pack, kernel, lane) ? Progress::goes_on : Progress::failed;
     case Phase::evaluate: {
       bool is_finite = true;
       lane.mailbox.delivery.is_good = progress == Progress::ended &&
@@ -274,8 +270,9 @@ Progress advance_phase(const pal_pack& pack, const EliminationKernel& kernel, ui
       lane.history.is_unstable = has_failed && stands_still(lane);
       // Without a positive definite tangent there, the iterations go on with the tangent at rest.
       if (has_failed)
-        return begin_condensation_at_rest(pack, kernel, lane) ? Progress::goes_on : Progress::failed;
-      take_condensation(pack, kernel, lane);
+        begin_condensation_at_rest(pack, kernel, lane);
+      else
+        take_condensation(pack, kernel, lane);
       return Progress::goes_on;
     case Phase::begin:
       return progress;
@@ -366,8 +363,7 @@ void fill_refinement(const pal_pack& pack, Refinement& lane) {
 }
 
 bool has_request(const Refinement& lane) {
-  const std::atomic_ref<uint32_t> state(const_cast<uint32_t&>(lane.mailbox.state));
-  return state.load(std::memory_order_acquire) == static_cast<uint32_t>(MailboxState::requested);
+  return is_in(lane.mailbox, MailboxState::requested);
 }
 
 Refined refine(const pal_pack& pack, const EliminationKernel& kernel, uint64_t operations, Refinement& lane) {

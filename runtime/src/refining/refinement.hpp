@@ -4,7 +4,6 @@
 //   begin      chooses the phase that the request needs next
 //   whole      factors the whole organ at rest, anew where an inclusion changes it   (condensation.hpp)
 //   members    lists the zones of a new set of contacts                              (zone_members.hpp)
-//   rest       computes the forces of these zones at rest                            (preparation.hpp)
 //   condense   condenses the exterior onto its boundary, with the tangent at rest    (condensation.hpp)
 //   renew      condenses with the tangent at the exterior's displacement
 //   evaluate   evaluates the exterior's forces with a new condensation               (exterior.hpp)
@@ -70,7 +69,6 @@ struct Refinement {
     begin,
     whole,
     members,
-    rest,
     condense,
     renew,
     evaluate,

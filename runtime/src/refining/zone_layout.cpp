@@ -10,7 +10,7 @@ void carve_layout(const pal_pack& pack, Arena& arena, ZoneLayout& layout) {
   layout.zone_of_simd_lane = arena.take<uint8_t>(most_simd_lanes(pack));
 }
 
-bool describe_zones(const pal_pack& pack, const ZonePreparation& preparation, uint64_t set_number,
+void describe_zones(const pal_pack& pack, const ZonePreparation& preparation, uint64_t set_number,
                     const OrganElements& elements, Condensation& condensation, ZoneLayout& layout) {
   const ZoneSet& set = preparation.set;
   layout.set_number = set_number;
@@ -24,7 +24,6 @@ bool describe_zones(const pal_pack& pack, const ZonePreparation& preparation, ui
   for (uint32_t g = 0; g < set.num_groups; ++g) {
     const ZoneGroup& group = set.groups[g];
     layout.groups[g] = group;  // copies GroupLayout, the base of ZoneGroup
-    if (condensation.num_kept + group.num_boundary > condensation.room.kept) return false;
     const uint32_t first = first_boundary(group);
     for (uint32_t i = first; i < first + group.num_boundary; ++i) {
       condensation.kept[condensation.num_kept++] = set.nodes[i];
@@ -32,7 +31,6 @@ bool describe_zones(const pal_pack& pack, const ZonePreparation& preparation, ui
     }
   }
   list_zones(pack.organ, elements, preparation.group_of_element, layout.zone_of_simd_lane);
-  return true;
 }
 
 }  // namespace palpate

@@ -31,9 +31,8 @@ void carve_layout(const pal_pack& pack, Arena& arena, ZoneLayout& layout);
 //   - absent: the other nodes of the zones;
 //   - eliminated: the rest of the organ.
 //
-// `set_number`: ZoneCorrection::number of the set. Returns false, with both outputs in part
-// written, if the condensation has no room for all boundaries.
-bool describe_zones(const pal_pack& pack, const ZonePreparation& preparation, uint64_t set_number,
+// `set_number`: ZoneCorrection::number of the set, whose boundary nodes are at most ZoneRoom::boundary.
+void describe_zones(const pal_pack& pack, const ZonePreparation& preparation, uint64_t set_number,
                     const OrganElements& elements, Condensation& condensation, ZoneLayout& layout);
 
 }  // namespace palpate

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/zone/zone_balance.hpp"
 
 namespace palpate {
 namespace {
@@ -283,13 +284,45 @@ bool list_elements(const pal_pack& pack, ContactBits mask, ZonePreparation& prep
   return sound;
 }
 
+// Gives the group its vectors and its places in TangentBuffers. Returns false if the room does not suffice.
+bool take_rows(ZonePreparation& preparation, ZoneGroup& group) {
+  ZonePreparation::Used& used = preparation.used;
+  double* row = preparation.set.rows + used.rows;
+  const size_t coupling = size_t{preparation.set.num_axes} * group.boundary_stride;
+  const size_t boundary = group.boundary_stride;
+  used.rows += coupling + 3 * boundary + size_t{3} * group.unknowns;
+  group.matrix_place = used.tangents;
+  group.rows_place = used.tangent_rows;
+  used.tangents += size_t{round_to_columns(group.size)} * group.stride;
+  used.tangent_rows += size_t{group.num_axes} * group.unknowns;
+  if (used.rows > preparation.room.rows || used.tangents > preparation.room.tangents ||
+      used.tangent_rows > preparation.room.tangent_rows)
+    return false;
+  const auto take = [&](size_t count) {
+    memset(row, 0, count * sizeof *row);
+    row += count;
+    return row - count;
+  };
+  group.exterior.force = take(boundary);
+  group.exterior.coupled = take(boundary);
+  group.exterior.coupled_in_balance = take(boundary);
+  group.exterior.coupling = take(coupling);
+  group.tangent.step = take(group.unknowns);
+  group.trend.unknowns = take(group.unknowns);
+  group.trend.began = take(group.unknowns);
+  return true;
+}
+
 bool list_group(const pal_pack& pack, ZonePreparation& preparation, ZoneGroup& group) {
   ContactBits mask = 0;
   for (uint32_t slot = 0; slot < group.num_contacts; ++slot) mask |= bit_of(group.contacts[slot]);
   const bool fits = list_nodes(pack, mask, preparation, group);
   preparation.used.boundary += group.num_boundary;
-  return fits && preparation.used.boundary <= preparation.room.boundary &&
-         list_elements(pack, mask, preparation, group);
+  if (!fits || preparation.used.boundary > preparation.room.boundary ||
+      !list_elements(pack, mask, preparation, group) || !take_rows(preparation, group))
+    return false;
+  find_rest_force(pack, preparation.set.displacement, preparation.set, group);
+  return true;
 }
 
 // Lists a contact's zone, the groups, or a group's members. Returns false if the set becomes unsound.
@@ -314,22 +347,20 @@ void begin_members(const pal_pack& pack, ZonePreparation& preparation) {
   preparation.used = {};
 }
 
-bool collect_members(const pal_pack& pack, uint64_t operations, ZonePreparation& preparation,
-                     uint64_t& spent) {
+Progress collect_members(const pal_pack& pack, uint64_t operations, ZonePreparation& preparation,
+                         uint64_t& spent) {
   constexpr uint64_t kOperationsPerNode = 18000;  // multiply-adds counted for each node of a zone
   ZoneSet& set = preparation.set;
-  while (preparation.step < set.num_contacts + 1 + set.num_groups) {
-    if (spent >= operations) return false;
-    if (!list_next(pack, preparation)) {
-      set.sound = false;
-      break;
-    }
+  bool fits = true;
+  while (fits && preparation.step < set.num_contacts + 1 + set.num_groups) {
+    if (spent >= operations) return Progress::goes_on;
+    fits = list_next(pack, preparation);
     spent += kOperationsPerNode * (preparation.num_found_nodes / set.num_contacts + 1);
     ++preparation.step;
   }
   set.num_masters = preparation.used.masters;
   clear_marks(preparation);
-  return true;
+  return fits && exterior_size(set) <= preparation.room.exterior ? Progress::ended : Progress::failed;
 }
 
 }  // namespace palpate

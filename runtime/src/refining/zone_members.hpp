@@ -3,6 +3,7 @@
 
 #include <palpate/palpate.h>
 
+#include "runtime/src/base/progress.hpp"
 #include "runtime/src/refining/preparation.hpp"
 
 namespace palpate {
@@ -11,9 +12,9 @@ namespace palpate {
 void begin_members(const pal_pack& pack, ZonePreparation& preparation);
 
 // Advances until `spent` reaches `operations`, multiply-adds: finds the zone of each contact, the groups, and
-// the nodes, masters and elements of each group. Returns true at the end. The set is then unsound if it
-// exceeds the room, or if an element is inverted in the mesh.
-bool collect_members(const pal_pack& pack, uint64_t operations, ZonePreparation& preparation,
-                     uint64_t& spent);
+// the nodes, masters, elements, vectors and forces at rest of each group. Fails if the set exceeds the room,
+// or if an element is inverted in the mesh.
+Progress collect_members(const pal_pack& pack, uint64_t operations, ZonePreparation& preparation,
+                         uint64_t& spent);
 
 }  // namespace palpate

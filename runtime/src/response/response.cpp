@@ -229,7 +229,7 @@ void begin_blend(TissueState& tissue, const pal_contact* contacts, uint32_t coun
 // Requests a zone for these contacts from the refining lane, unless the lane is busy. Returns whether it did.
 bool request_zone(TissueState& tissue, const pal_contact* contacts, uint32_t count) {
   ZoneMailbox& mailbox = tissue.refinement.mailbox;
-  if (!is_idle(mailbox)) return false;
+  if (!is_in(mailbox, MailboxState::idle)) return false;
   const FixedNodes fixed = {tissue.num_fixed, tissue.fixed, tissue.fixed_version};
   name_contacts(*tissue.pack, contacts, count, fixed, tissue.zone.active, tissue.refinement.preparation);
   request_set(used_fields(tissue.snapshots), tissue.zone, mailbox);

@@ -34,7 +34,7 @@ void finish_assembly(const TangentSource& source, float shift, float* matrix) {
   const uint32_t free = layout.num_interior + layout.num_boundary;
   for (uint32_t i = 3 * free; i < layout.unknowns; ++i) matrix[i * stride + i] = 1;
   for (uint32_t i = 0; i < free; ++i) {
-    const uint32_t axes = source.moving_axes(source.elements, i);
+    const uint32_t axes = moving_axes(source.pack, source.members, layout.first_node + i);
     for (uint32_t axis = 0; axis < 3 && axes != 7; ++axis) {
       if ((axes >> axis & 1) == 0) drop_unknown(3 * i + axis, layout.size, layout.stride, matrix);
     }

@@ -28,15 +28,15 @@ struct TangentMaker {
 
 // Input of a tangent.
 struct TangentSource {
+  const pal_pack& pack;
   const EliminationKernel& kernel;
+  const ZoneMembers& members;
   const GroupLayout& layout;
   const float* exterior;  // [boundary_stride][boundary_stride] S
   uint32_t num_parts;     // parts of the elements
-  const void* elements;   // first argument of the functions below
+  const void* elements;   // first argument of add_part()
   // Adds the stiffness of a part of the elements to the matrix. Returns multiply-adds.
   uint64_t (*add_part)(const void* elements, uint32_t part, float* matrix);
-  // Returns the axes, bits 0 to 2, along which a node can move. `node`: number among the group's nodes.
-  uint32_t (*moving_axes)(const void* elements, uint32_t node);
 };
 
 // Works until `spent` reaches `operations` multiply-adds. matrix[size rounded to columns][stride];

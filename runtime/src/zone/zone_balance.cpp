@@ -57,6 +57,17 @@ bool evaluate_group(ZoneFrame& frame, ZoneGroup& group) {
   return true;
 }
 
+void find_rest_force(const pal_pack& pack, double* rest, ZoneSet& set, const ZoneGroup& group) {
+  const size_t first = size_t{3} * group.first_node;
+  for (uint32_t i = 0; i < group.num_nodes; ++i)
+    memcpy(rest + first + 3 * i, node_at(pack, set, group.first_node + i).displacement, 3 * sizeof *rest);
+  memset(set.rest_force + first, 0, size_t{3} * group.num_nodes * sizeof *set.rest_force);
+  add_zone_forces(group.batches, rest, set.rest_force);
+  for (ZonePatch* patch = group.batches.patches; patch < group.batches.patches + group.batches.num_patches;
+       ++patch)
+    patch->at_rest = patch->pressure;
+}
+
 void find_exterior_force(ZoneFrame& frame, ZoneGroup& group) {
   ZoneWork& work = frame.work;
   find_boundary(frame, group, frame.set.displacement, work.boundary);

@@ -40,6 +40,10 @@ inline ZoneFrame frame_of(const pal_pack& pack, ZoneState& state) {
 // with invalid results, if an element is inverted or nearly so, or if a node is absurdly far away.
 bool evaluate_group(ZoneFrame& frame, ZoneGroup& group);
 
+// ZoneSet::rest_force := the forces of the group's elements at rest, with the pressures of shared volumes
+// there. `rest`: [max_nodes][3] scratch for displacements at rest.
+void find_rest_force(const pal_pack& pack, double* rest, ZoneSet& set, const ZoneGroup& group);
+
 // GroupExterior::force := S w_B, and ZoneWork::boundary := w_B.
 void find_exterior_force(ZoneFrame& frame, ZoneGroup& group);
 

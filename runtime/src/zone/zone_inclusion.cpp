@@ -1,11 +1,11 @@
 #include "runtime/src/zone/zone_inclusion.hpp"
 
 #include <math.h>
-#include <string.h>
 
 #include <algorithm>
 
 #include "runtime/src/pack/pack_view.hpp"
+#include "runtime/src/zone/zone_balance.hpp"
 
 namespace palpate {
 namespace {
@@ -69,15 +69,6 @@ double element_energy(const ZoneSet& set, const ZoneGroup& group, const pal_pack
   return energy;
 }
 
-void find_rest_force(const pal_pack& pack, ZoneState& state, const ZoneGroup& group) {
-  ZoneSet& set = state.active;
-  const size_t first = size_t{3} * group.first_node;
-  memset(set.rest_force + first, 0, size_t{3} * group.num_nodes * sizeof(double));
-  for (uint32_t place = group.first_node; place < group.first_node + group.num_nodes; ++place)
-    memcpy(state.work.saved + size_t{3} * place, node_at(pack, set, place).displacement, 3 * sizeof(double));
-  add_zone_forces(group.batches, state.work.saved, set.rest_force);
-}
-
 }  // namespace
 
 void take_inclusion(const pal_pack& pack, ZoneState& state) {
@@ -96,9 +87,7 @@ void take_inclusion(const pal_pack& pack, ZoneState& state) {
     if (change == 0) continue;
     const double before = is_new ? 0 : element_energy(set, group, pack, state.work.forces);
     set_stiffness(pack, state.inclusion, set.nodes, batches);
-    find_rest_force(pack, state, group);
-    for (uint32_t p = 0; p < batches.num_patches; ++p)
-      batches.patches[p].at_rest = batches.patches[p].pressure;
+    find_rest_force(pack, state.work.saved, set, group);
     group.has_balance = false;
     group.setbacks.retry_distance = 0;
     if (is_new) continue;

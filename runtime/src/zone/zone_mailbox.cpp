@@ -13,15 +13,6 @@
 namespace palpate {
 namespace {
 
-bool is_in(const ZoneMailbox& mailbox, MailboxState expected) {
-  const std::atomic_ref<uint32_t> state(const_cast<uint32_t&>(mailbox.state));
-  return state.load(std::memory_order_acquire) == static_cast<uint32_t>(expected);
-}
-
-void set_state(ZoneMailbox& mailbox, MailboxState next) {
-  std::atomic_ref<uint32_t>(mailbox.state).store(static_cast<uint32_t>(next), std::memory_order_release);
-}
-
 // Returns the largest difference of an axis, a length. `then`: null for rest.
 double largest_axis_change(const ZoneFrame& frame, const double* now, const double* then) {
   double largest = 0;
@@ -169,8 +160,13 @@ void carve_mailbox(const pal_pack& pack, const ZoneRoom& room, Arena& arena, Zon
   for (pal_real*& field : mailbox.fields) field = arena.take<pal_real>((1 + axes) * field_size(pack));
 }
 
-bool is_idle(const ZoneMailbox& mailbox) {
-  return is_in(mailbox, MailboxState::idle);
+bool is_in(const ZoneMailbox& mailbox, MailboxState expected) {
+  const std::atomic_ref<uint32_t> state(const_cast<uint32_t&>(mailbox.state));
+  return state.load(std::memory_order_acquire) == static_cast<uint32_t>(expected);
+}
+
+void set_state(ZoneMailbox& mailbox, MailboxState next) {
+  std::atomic_ref<uint32_t>(mailbox.state).store(static_cast<uint32_t>(next), std::memory_order_release);
 }
 
 bool take_prepared(ZoneMailbox& mailbox) {
@@ -212,7 +208,7 @@ void request_iteration(const pal_pack& pack, uint32_t used, ZoneState& state, Zo
   constexpr double kConverged = 1e-12;
   const ZoneSet& set = state.active;
   const ZoneCorrection& correction = set.correction;
-  if (!is_idle(mailbox) || !set.sound) return;
+  if (!is_in(mailbox, MailboxState::idle) || !set.sound) return;
   const ZoneFrame frame = frame_of(pack, state);
   const double size = largest_axis_change(frame, set.followed, nullptr);
   if (correction.is_refined && correction.change <= kConverged * size &&

@@ -76,7 +76,9 @@ size_t field_size(const pal_pack& pack);
 
 void carve_mailbox(const pal_pack& pack, const ZoneRoom& room, Arena& arena, ZoneMailbox& mailbox);
 
-bool is_idle(const ZoneMailbox& mailbox);
+// Reads and writes ZoneMailbox::state; each lane writes alone what the other lane reads after the change.
+bool is_in(const ZoneMailbox& mailbox, MailboxState state);
+void set_state(ZoneMailbox& mailbox, MailboxState next);
 
 enum class Taken { none, rejected, taken };
 

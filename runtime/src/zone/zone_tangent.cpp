@@ -27,11 +27,6 @@ uint64_t add_elements(const void* elements, uint32_t, float* matrix) {
   return 0;  // make_tangent() has no budget
 }
 
-uint32_t moving_axes_of(const void* elements, uint32_t node) {
-  const auto& [frame, group] = *static_cast<const GroupElements*>(elements);
-  return moving_axes(frame.pack, frame.set, group.first_node + node);
-}
-
 // Records the kind of the group's new tangent, and copies the stiffness of the contacts to the set.
 void take_tangent(Tangent made, ZoneSet& set, ZoneGroup& group) {
   group.has_tangent = made != Tangent::none;
@@ -55,8 +50,8 @@ void take_tangent(Tangent made, ZoneSet& set, ZoneGroup& group) {
 
 bool make_tangent(ZoneFrame& frame, ZoneGroup& group) {
   const GroupElements elements = {frame, group};
-  const TangentSource source = {frame.kernel, group,         group.exterior.stiffness, 1, &elements,
-                                add_elements, moving_axes_of};
+  const TangentSource source = {frame.pack, frame.kernel, frame.set,   group, group.exterior.stiffness,
+                                1,          &elements,    add_elements};
   TangentMaker maker = {};
   uint64_t spent = 0;
   Progress progress = Progress::goes_on;
