@@ -100,7 +100,6 @@ void record(const pal_pack* pack, pal_session_config config, void (*play)(pal_se
   pal_pack_info info = {};
   info.struct_size = sizeof info;
   require(pal_pack_get_info(pack, &info));
-  config.seconds_per_operation = 1e-9;  // not measured: a renewal gives the same bytes
   std::size_t bytes = 0;
   require(pal_session_required_bytes(pack, &config, &bytes));
   std::vector<unsigned char> memory(bytes + 64);

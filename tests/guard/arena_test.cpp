@@ -252,7 +252,7 @@ TEST(Arena, ConfigOutsideItsRangeIsRefused) {
   config.zone_rings = 0;
   config.zone_iterations = 17;
   EXPECT_EQ(status_of(config), PAL_STATUS_BAD_ARGUMENT);
-  constexpr uint32_t kFirstRelease = 168;
+  constexpr uint32_t kFirstRelease = 144;
   config.struct_size = kFirstRelease;  // without both fields
   EXPECT_EQ(status_of(config), PAL_STATUS_OK);
   config.struct_size = kFirstRelease - 1;

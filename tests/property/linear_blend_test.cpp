@@ -56,11 +56,9 @@ class LinearBlends : public ::testing::Test {
     std::vector<pal_pose> poses;
   };
   Grasped grasp_between_sites() {
-    constexpr double kSecondsPerOperation = 1e-9;
     const pal_session_config config = session_config(pack_.get(), PAL_MODEL_LINEAR, 3, 4);
     pal_session_config bounded = config;
-    bounded.budget_seconds = 5000 * kSecondsPerOperation;
-    bounded.seconds_per_operation = kSecondsPerOperation;
+    bounded.budget_operations = 5000;
     Grasped grasped = {{pack_.get(), config}, {pack_.get(), bounded}, {}};
     for (uint32_t tool = 0; tool < 3; ++tool) {
       const pal_hold hold = any_hold();

@@ -125,8 +125,7 @@ TEST(PatchRotation, IsPassive) {
   const ZoneBlock& organ = tissue_block(2, false, Vector3d::Zero(), 6, 0.18);
   pal_session_config config = turning(organ);
   config.max_tools = 2;
-  config.budget_seconds = 40e-6;
-  config.seconds_per_operation = 1e-9;
+  config.budget_operations = 40000;
   ToolSession tools(organ.pack->get(), config);
   tools.hold(0, at_site(organ, 12));
   const Vector3d first = place_of(organ, 12);

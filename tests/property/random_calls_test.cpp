@@ -291,8 +291,7 @@ class RandomCalls : public ::testing::TestWithParam<pal_model> {
     pal_session_config config = session_config(pack_.get(), GetParam(), 3, 4);
     config.blend_seconds = 0.005;
     config.patches_turn = GetParam() == PAL_MODEL_ZONE ? 1 : 0;
-    config.budget_seconds = 3e-6;
-    config.seconds_per_operation = 1e-9;
+    config.budget_operations = 3000;
     config.organ = pose({0.01, -0.02, 0.005}, {0.1, 0.05, -0.02});
     return config;
   }

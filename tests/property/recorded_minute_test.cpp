@@ -24,9 +24,7 @@ pal_session_config minute_config(const OpenPack& pack) {
   config.max_tools = 3;
   config.max_contacts = 3;
   config.max_force = 200;
-  // Changed contact sets are prepared over several frames, with a budget in multiply-adds.
-  config.budget_seconds = 40e-6;
-  config.seconds_per_operation = 2e-10;
+  config.budget_operations = 200000;  // changed contact sets are prepared over several frames
   return config;
 }
 

@@ -222,13 +222,10 @@ TEST(Recording, DamageIsRefusedOrFoundAndNeverFollowed) {
   EXPECT_GT(diverged, 100);
 }
 
-// A recording from a file names no function, and its struct sizes are checked.
-TEST(Recording, NamesNoFunctionAndNoSize) {
+// The config and the sizes of structs in a recording from a file are checked.
+TEST(Recording, ChecksItsConfigAndItsSizes) {
   const OpenPack pack(small_pack_bytes());
-  pal_session_config config = config_of(pack);
-  config.budget_seconds = 1e-6;
-  config.seconds_per_operation = 1e-9;
-  ToolSession session(pack.get(), config);
+  ToolSession session(pack.get(), config_of(pack));
   Words buffer(kRoom / 8);
   require(pal_session_record(session.get(), buffer.data(), kRoom), "record");
   pal_touch touch = {};
@@ -237,21 +234,17 @@ TEST(Recording, NamesNoFunctionAndNoSize) {
   size_t bytes = 0;
   require(pal_session_stop_recording(session.get(), &bytes, nullptr), "stop");
   auto* begin = reinterpret_cast<unsigned char*>(buffer.data());
+  const std::vector<unsigned char> good(begin, begin + bytes);
+  EXPECT_EQ(replayed(pack, good).status, PAL_STATUS_OK);
+  std::vector<unsigned char> bad = good;
   constexpr size_t kConfig = 32;
-  pal_session_config recorded_config;
-  std::memcpy(&recorded_config, begin + kConfig, sizeof recorded_config);
-  const uint64_t somewhere = 0x1234;
-  const double unknown = 0;
-  std::memcpy(begin + kConfig + offsetof(pal_session_config, clock), &somewhere, sizeof somewhere);
-  std::memcpy(begin + kConfig + offsetof(pal_session_config, seconds_per_operation), &unknown,
-              sizeof unknown);
+  const double unknown = std::nan("");
+  std::memcpy(bad.data() + kConfig + offsetof(pal_session_config, blend_seconds), &unknown, sizeof unknown);
+  EXPECT_EQ(replayed(pack, bad).status, PAL_STATUS_BAD_ARGUMENT);
+  bad = good;
   const uint32_t large = 4000;
-  std::memcpy(begin + bytes - sizeof touch, &large, sizeof large);
-  const std::vector<unsigned char> bad(begin, begin + bytes);
-  EXPECT_EQ(replayed(pack, bad).status, PAL_STATUS_BAD_ARGUMENT) << "a budget and no clock";
-  std::memcpy(begin + kConfig, &recorded_config, sizeof recorded_config);
-  const std::vector<unsigned char> only_size(begin, begin + bytes);
-  EXPECT_EQ(replayed(pack, only_size).status, PAL_STATUS_OK);
+  std::memcpy(bad.data() + bad.size() - sizeof touch, &large, sizeof large);
+  EXPECT_EQ(replayed(pack, bad).status, PAL_STATUS_OK);
 }
 
 TEST(Recording, BelongsToItsPack) {

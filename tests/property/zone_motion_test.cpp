@@ -301,8 +301,7 @@ TEST(ZoneMotion, ANewZoneIsFeltOnceConverged) {
   pal_session_config config = organ.config(3);
   config.max_tools = 3;
   config.blend_seconds = 0.01;
-  config.budget_seconds = 200e-6;
-  config.seconds_per_operation = 2e-10;
+  config.budget_operations = 1000000;
   ToolSession session(organ.pack->get(), config);
   const Eigen::Vector3d ways[] = {{0.204, 0.048, -0.095}, {-0.121, -0.005, -0.196}, {-0.051, -0.012, -0.224}};
   session.hold(0, pal_default_hold(3));

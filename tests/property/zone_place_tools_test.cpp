@@ -9,12 +9,9 @@ namespace zone_place_tools_test {
 // Tools that hold two points between sites. The transferred bases of their zone are prepared in slices.
 class ZonePlacesOfTools : public ZonePlaces {
  protected:
-  static constexpr double kSecondsPerOperation = 1e-9;
-
-  pal_session_config config_with(double operations) const {
+  pal_session_config config_with(uint64_t operations) const {
     pal_session_config config = session_config(pack_.get(), PAL_MODEL_ZONE, 3, 0);
-    config.budget_seconds = operations * kSecondsPerOperation;
-    config.seconds_per_operation = operations > 0 ? kSecondsPerOperation : 0;
+    config.budget_operations = operations;
     return config;
   }
   pal_hold hold_at(const Eigen::Vector3d& position) const {

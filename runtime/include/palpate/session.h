@@ -16,9 +16,6 @@ typedef struct pal_pose {
   double orientation[4]; /* R as a unit quaternion w, x, y, z */
 } pal_pose;
 
-/* Nanoseconds since any fixed time. */
-typedef uint64_t (*pal_clock)(void* user);
-
 typedef struct pal_session_config {
   uint32_t struct_size;
   uint32_t max_contacts;  /* contacts of all tools together: 1 .. 64. Default: the scene's */
@@ -38,13 +35,10 @@ typedef struct pal_session_config {
   double max_torque;
   double max_force_rate;
   double max_torque_rate;
-  /* Time that one haptic frame spends on preparing linear_dd for new contacts or fixed nodes: s. Meanwhile
-   * the old contacts answer, and new contacts as if alone. 0, the default: a frame ends each preparation,
-   * however long. pal_session_refine prepares zones. */
-  double budget_seconds;
-  double seconds_per_operation; /* time of one multiply-add: s. 0, the default: measured at init by `clock` */
-  pal_clock clock;              /* may be NULL if init measures nothing. Frames never read the clock */
-  void* clock_user;             /* argument of `clock` */
+  /* Multiply-adds that one haptic frame spends on preparing linear_dd for new contacts or fixed nodes.
+   * Meanwhile the old contacts answer, and new contacts as if alone. 0, the default: a frame ends each
+   * preparation, however long. pal_session_refine prepares zones. */
+  uint64_t budget_operations;
   uint32_t zone_rings; /* nonlinear_zone: rings of elements about a patch, 1 .. the pack's. Default 0: all */
   uint32_t zone_iterations; /* nonlinear_zone: Newton iterations of a frame, 1 .. 16. Default 0: 4 */
   /* 1: patches turn with their tools, up to a quarter turn, and tools feel the torque. Only nonlinear_zone

@@ -75,7 +75,7 @@ enum {
   /* Tools: the tool touched, but no further contact can be held or answered. */
   PAL_FLAG_NO_ROOM = 1 << 9,
   /* The model for new contacts or fixed nodes is in preparation, by pal_session_refine or within
-   * budget_seconds. Earlier contacts follow their tools; linear_dd answers the other contacts. */
+   * budget_operations. Earlier contacts follow their tools; linear_dd answers the other contacts. */
   PAL_FLAG_PREPARING = 1 << 10,
   /* Tools: the model's force was not finite, as in a damaged pack. Comes with PAL_FLAG_HELD. */
   PAL_FLAG_NOT_FINITE = 1 << 11,

@@ -13,7 +13,7 @@
 namespace palpate {
 
 inline constexpr char kRecordingMagic[8] = {'P', 'A', 'L', 'R', 'E', 'C', '\0', '\0'};
-inline constexpr uint32_t kRecordingVersion = 5;
+inline constexpr uint32_t kRecordingVersion = 6;
 
 struct RecordingHeader {
   char magic[8];

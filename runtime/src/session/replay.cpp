@@ -183,9 +183,6 @@ extern "C" pal_status pal_recording_get_config(const void* recording, size_t byt
   pal_session_config recorded;
   memcpy(static_cast<void*>(&recorded), static_cast<const unsigned char*>(recording) + sizeof header,
          sizeof recorded);
-  // A file cannot name a function to call.
-  recorded.clock = nullptr;
-  recorded.clock_user = nullptr;
   return palpate::write_sized(recorded, palpate::kFirstConfigBytes, *config);
 }
 

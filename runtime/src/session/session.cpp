@@ -11,7 +11,6 @@
 #include "runtime/src/base/floating_point_mode.hpp"
 #include "runtime/src/base/sized_struct.hpp"
 #include "runtime/src/linear/linear_point.hpp"
-#include "runtime/src/numerics/calibration.hpp"
 #include "runtime/src/numerics/pose.hpp"
 #include "runtime/src/pack/compliance.hpp"
 #include "runtime/src/pack/compressed_compliance.hpp"
@@ -132,8 +131,7 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
   if (config.max_contacts < 1 || config.max_contacts > pack::kMostContacts || config.max_fixed > kMostFixed ||
       config.max_tools > kMostTools || config.max_requested > pack->num_nodes)
     return PAL_STATUS_BAD_ARGUMENT;
-  for (const double number : {config.blend_seconds, config.stale_seconds, config.ramp_seconds,
-                              config.budget_seconds, config.seconds_per_operation}) {
+  for (const double number : {config.blend_seconds, config.stale_seconds, config.ramp_seconds}) {
     if (!(number >= 0 && isfinite(number))) return PAL_STATUS_BAD_ARGUMENT;
   }
   for (const double limit :
@@ -147,18 +145,8 @@ pal_status read_config(const pal_pack* pack, const pal_session_config* given, pa
   if (config.zone_iterations == 0) config.zone_iterations = kUsualZoneIterations;
   if (config.patches_turn > 1 || config.reserved != 0) return PAL_STATUS_BAD_ARGUMENT;
   if (!read_pose(config.organ, config.organ)) return PAL_STATUS_BAD_ARGUMENT;
-  if (config.budget_seconds > 0 && config.seconds_per_operation == 0 && config.clock == nullptr)
-    return PAL_STATUS_BAD_ARGUMENT;
   if (const pal_status status = check_model(*pack, config); status != PAL_STATUS_OK) return status;
   return config.patches_turn == 0 || has_zone(*pack, config) ? PAL_STATUS_OK : PAL_STATUS_NO_SUCH_MODEL;
-}
-
-// The multiply-adds that a haptic frame may spend on preparing a model.
-uint64_t operations_within(const pal_session_config& config) {
-  if (config.budget_seconds == 0) return UINT64_MAX;
-  const double operations = config.budget_seconds / config.seconds_per_operation;
-  constexpr double kMost = 1e18;
-  return operations < 1 ? 1 : static_cast<uint64_t>(operations < kMost ? operations : kMost);
 }
 
 // Counts the bytes by carving a session from an arena without memory.
@@ -219,7 +207,7 @@ extern "C" pal_status pal_session_required_bytes(const pal_pack* pack, const pal
 extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_config* config, void* arena,
                                        size_t arena_bytes, pal_session** session) noexcept {
   if (arena == nullptr || session == nullptr) return PAL_STATUS_NULL_ARGUMENT;
-  const palpate::FloatingPointMode mode;  // the budget rounds as in read_config()
+  const palpate::FloatingPointMode mode;
   pal_session_config complete;
   if (const pal_status status = palpate::read_config(pack, config, complete); status != PAL_STATUS_OK)
     return status;
@@ -227,11 +215,6 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   if (arena_bytes < required) return PAL_STATUS_ARENA_TOO_SMALL;
   if (reinterpret_cast<uintptr_t>(arena) % palpate::Arena::kAlignment != 0)
     return PAL_STATUS_ARENA_MISALIGNED;
-  if (complete.budget_seconds > 0 && complete.seconds_per_operation == 0)
-    complete.seconds_per_operation = palpate::seconds_per_operation(complete.clock, complete.clock_user);
-  // A session reads no clock, so the recorded config names no clock.
-  complete.clock = nullptr;
-  complete.clock_user = nullptr;
   memset(arena, 0, required);  // also touches every page before the first frame
   palpate::Arena memory(arena);
   pal_session initial = {};
@@ -242,8 +225,8 @@ extern "C" pal_status pal_session_init(const pal_pack* pack, const pal_session_c
   initial.tissue.kernel = palpate::choose_field_kernel();
   initial.tissue.linear.assembly.inverse.kernel = palpate::choose_inverse_kernel();
   initial.tissue.zone.kernel = palpate::choose_elimination_kernel();
-  initial.tissue.zone.is_bounded = complete.budget_seconds > 0;
-  initial.tissue.operations = palpate::operations_within(complete);
+  initial.tissue.zone.is_bounded = complete.budget_operations > 0;
+  initial.tissue.operations = complete.budget_operations > 0 ? complete.budget_operations : UINT64_MAX;
   for (uint32_t tool = 0; tool < complete.max_tools; ++tool) palpate::reset_tool(initial.tools.tools[tool]);
   palpate::reset_passivity(initial.tools.passivity);
   if (palpate::has_zone(*pack, complete)) palpate::fill_refinement(*pack, initial.tissue.refinement);

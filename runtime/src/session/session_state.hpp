@@ -11,7 +11,7 @@ namespace palpate {
 
 inline constexpr uint32_t kMostFixed = 1024;
 inline constexpr uint32_t kAllAxes = 7;             // all bits of pal_contact::force_axes
-inline constexpr uint32_t kFirstConfigBytes = 168;  // size of pal_session_config in the first release
+inline constexpr uint32_t kFirstConfigBytes = 144;  // size of pal_session_config in the first release
 
 }  // namespace palpate
 
