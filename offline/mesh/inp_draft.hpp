@@ -104,10 +104,23 @@ struct DraftFaces {
   Place place;
 };
 
+struct DraftSurfaceNodes {
+  DraftTarget nodes;
+  Place place;
+};
+
 struct DraftSurface {
   std::string name;
   std::vector<DraftFaces> faces;
-  bool of_nodes = false;  // TYPE=NODE: has no faces
+  bool of_nodes = false;  // TYPE=NODE: has nodes instead of faces
+  std::vector<DraftSurfaceNodes> nodes;
+};
+
+// The nodes of the slave become the nodes of the master at their places. Indices in DraftMesh::surfaces.
+struct DraftTie {
+  int slave = 0;
+  int master = 0;
+  Place place;
 };
 
 struct DraftDisplacement {
@@ -227,6 +240,7 @@ struct DraftAssembly {
 struct Draft : DraftMesh {
   std::vector<DraftMaterial> materials;
   std::vector<Amplitude> amplitudes;
+  std::vector<DraftTie> ties;
   std::vector<DraftDisplacement> fixed;
   std::vector<DraftStep> steps;
   DraftAssembly assembly;

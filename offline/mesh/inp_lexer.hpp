@@ -108,7 +108,7 @@ class InpLexer {
   std::size_t bytes_left_;  // of kMaxModelBytes, for all files together
   std::set<std::string> refused_names_;
   bool nameless_refused_ = false;  // a refused keyword has no name, and may have been meant to give any
-  Kind kind_ = Kind::unread;  // of the line that advance() has read ahead
+  Kind kind_ = Kind::unread;       // of the line that advance() has read ahead
   KeywordLine keyword_;
   KeywordLine returned_keyword_;
   DataLine data_;

@@ -171,7 +171,8 @@ void read_surface(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   while (const DataLine* line = lexer.next_data()) {
     empty = false;
     if (surface.of_nodes) {
-      FieldReader(lexer, *line, 1, 2, "a node or set, and its area").node_or_set(0, draft);
+      const FieldReader fields(lexer, *line, 1, 2, "a node or set, and its area");
+      surface.nodes.push_back({fields.node_or_set(0, draft), line->place});
     } else {
       surface.faces.push_back(read_faces(lexer, *line, draft));
     }

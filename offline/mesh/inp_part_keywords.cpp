@@ -58,12 +58,16 @@ void close_level(const InpLexer& lexer, const KeywordLine& keyword, DraftAssembl
                   assembly.keyword, assembly.place.line, assembly.keyword.substr(1)));
 }
 
+// Counts what an instance copies; a long name counts as several items.
 std::size_t num_items(const DraftMesh& mesh) {
-  std::size_t items = mesh.nodes.size() + mesh.elements.size() + mesh.dropped.size() + mesh.sections.size();
+  const auto size = [](const std::string& name) { return 1 + name.size() / 64; };
+  std::size_t items = mesh.nodes.size() + mesh.elements.size() + mesh.dropped.size();
+  for (const DraftSection& section : mesh.sections) items += size(section.material);
   for (const DraftSets* sets : {&mesh.node_sets, &mesh.element_sets}) {
-    for (const DraftSet& set : sets->all()) items += 1 + set.ranges.size();
+    for (const DraftSet& set : sets->all()) items += size(set.name) + set.ranges.size();
   }
-  for (const DraftSurface& surface : mesh.surfaces) items += 1 + surface.faces.size();
+  for (const DraftSurface& surface : mesh.surfaces)
+    items += size(surface.name) + surface.faces.size() + surface.nodes.size();
   return items;
 }
 
@@ -103,6 +107,14 @@ std::vector<int> append_sets(DraftSets& sets, const DraftSets& added, const std:
   return index;
 }
 
+void shift(DraftTarget& target, const std::vector<int>& sets, int offset) {
+  if (target.set >= 0) {
+    target.set = sets[static_cast<std::size_t>(target.set)];
+  } else {
+    target.label = shifted_label(target.label, offset);
+  }
+}
+
 void append(Draft& draft, const DraftMesh& mesh, int offset) {
   const std::string prefix = draft.assembly.name + ".";
   const std::optional<DraftAssembly::Pose>& pose = draft.assembly.pose;
@@ -123,7 +135,8 @@ void append(Draft& draft, const DraftMesh& mesh, int offset) {
     element.label += offset;
     draft.dropped.push_back(element);
   }
-  append_sets(draft.node_sets, mesh.node_sets, prefix, offset, draft.assembly.node_sets);
+  const std::vector<int> node_sets =
+      append_sets(draft.node_sets, mesh.node_sets, prefix, offset, draft.assembly.node_sets);
   const std::vector<int> element_sets =
       append_sets(draft.element_sets, mesh.element_sets, prefix, offset, draft.assembly.element_sets);
   for (DraftSection section : mesh.sections) {
@@ -135,14 +148,8 @@ void append(Draft& draft, const DraftMesh& mesh, int offset) {
     ++count;
     last = static_cast<int>(draft.surfaces.size());
     surface.name = prefix + surface.name;
-    for (DraftFaces& faces : surface.faces) {
-      DraftTarget& target = faces.elements;
-      if (target.set >= 0) {
-        target.set = element_sets[static_cast<std::size_t>(target.set)];
-      } else {
-        target.label = shifted_label(target.label, offset);
-      }
-    }
+    for (DraftFaces& faces : surface.faces) shift(faces.elements, element_sets, offset);
+    for (DraftSurfaceNodes& named : surface.nodes) shift(named.nodes, node_sets, offset);
     draft.surfaces.push_back(std::move(surface));
   }
 }
@@ -202,6 +209,9 @@ void read_end_part(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
 void read_assembly(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   open_level(lexer, keyword, draft.assembly, Level::model, Level::assembly);
   lexer.allow_parameters(keyword, {"NAME"});
+  if (!draft.assembly.label_offsets.empty())
+    lexer.fail(keyword.place,
+               "a model has one assembly, and this is the second; write all instances into one");
 }
 
 void read_instance(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
@@ -264,9 +274,10 @@ void read_end_assembly(InpLexer& lexer, const KeywordLine& keyword, Draft& draft
   add_short_names(draft.node_sets, assembly.node_sets);
   add_short_names(draft.element_sets, assembly.element_sets);
   for (const auto& [name, counted] : assembly.surfaces) {
+    if (counted.first != 1) continue;
     const bool taken = std::any_of(draft.surfaces.begin(), draft.surfaces.end(),
                                    [&](const DraftSurface& surface) { return surface.name == name; });
-    if (counted.first != 1 || taken) continue;
+    if (taken) continue;
     draft.surfaces.push_back(draft.surfaces[static_cast<std::size_t>(counted.second)]);
     draft.surfaces.back().name = name;
   }

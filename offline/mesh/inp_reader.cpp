@@ -17,6 +17,7 @@
 #include "offline/mesh/inp_remedies.hpp"
 #include "offline/mesh/inp_resolve.hpp"
 #include "offline/mesh/inp_step_keywords.hpp"
+#include "offline/mesh/inp_ties.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/text_number.hpp"
 
@@ -89,6 +90,7 @@ constexpr std::array kRules = {
     KeywordRule{"SOLIDSECTION", "*SOLID SECTION", Where::mesh, read_solid_section},
     KeywordRule{"AMPLITUDE", "*AMPLITUDE", Where::outside_parts, read_amplitude},
     KeywordRule{"BOUNDARY", "*BOUNDARY", Where::outside_parts, read_boundary},
+    KeywordRule{"TIE", "*TIE", Where::before_steps, read_tie},
     KeywordRule{"INITIALCONDITIONS", "*INITIAL CONDITIONS", Where::before_steps, read_initial_conditions},
     KeywordRule{"STEP", "*STEP", Where::outside_parts, read_step},
     KeywordRule{"STATIC", "*STATIC", Where::in_step, read_static},

@@ -37,9 +37,6 @@ constexpr std::array kRemedies = {
     // Ties between nodes.
     Remedy{"EQUATION", "", kJoinsNodes},
     Remedy{"MPC", "", kJoinsNodes},
-    Remedy{"TIE", "",
-           "it glues two surfaces, which come apart without it; give both the same nodes (--merge joins "
-           "nodes at one place)"},
     Remedy{"EMBEDDEDELEMENT", "", kJoinsNodes},
     Remedy{"COUPLING", "", kRigid},
     Remedy{"KINEMATIC", "", kRigid},

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "offline/mesh/inp_resolve_steps.hpp"
+#include "offline/mesh/inp_ties.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/model_check.hpp"
 #include "offline/mesh/nearest_name.hpp"
@@ -51,6 +52,7 @@ class Resolver {
   Model run() {
     resolve_nodes();
     resolve_elements();
+    join_ties(draft_, files_, element_index_, model_);
     resolve_materials();
     resolve_sections();
     refuse_dropped();
@@ -147,9 +149,13 @@ class Resolver {
     for (const auto& [type, count] : counts)
       shown += (shown.empty() ? "" : ", ") + std::to_string(count) + " of type " + type;
     if (shown.empty()) return;
+    if (model_.elements.empty()) {
+      fail(draft_.dropped.front().place, "the model has elements of lines and surfaces alone (" + shown +
+                                             "); mesh its inside with tetrahedra, TYPE=C3D4");
+    }
     model_.warnings.push_back(model_.file +
-                              ": dropped elements, as they are no solids and no section, surface or "
-                              "load refers to them: " +
+                              ": dropped elements, as they are no solids and no section, surface or load "
+                              "refers to them: " +
                               shown);
   }
 

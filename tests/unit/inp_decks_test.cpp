@@ -25,11 +25,11 @@ TEST_F(InpReader, ThrowsAllRefusalsTogether) {
 
 TEST_F(InpReader, CountsTheRefusalsThatItDoesNotShow) {
   std::string text = kBody;
-  for (int i = 0; i < 23; ++i) text += "*TIE\n";
+  for (int i = 0; i < 23; ++i) text += "*MPC\n";
   const std::string message = refusal(text);
   EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 20);
   EXPECT_TRUE(message.ends_with("\nand 3 more")) << message;
-  for (int i = 0; i < 2000; ++i) text += "*TIE\n";
+  for (int i = 0; i < 2000; ++i) text += "*MPC\n";
   EXPECT_TRUE(refusal(text).ends_with("\nand 980 more, where the reading ended"));
 }
 
@@ -119,6 +119,12 @@ TEST_F(InpReader, DropsElementsThatCarryNothing) {
             "organ.inp:19: element set X names element 14, which is not defined; define it with *ELEMENT");
 }
 
+TEST_F(InpReader, ASurfaceIsNoBody) {
+  EXPECT_EQ(refusal("*NODE\n1\n2, 1\n3, 1, 1\n*ELEMENT, TYPE=S3\n1, 1, 2, 3\n"),
+            "organ.inp:6: the model has elements of lines and surfaces alone (1 of type S3); mesh its inside "
+            "with tetrahedra, TYPE=C3D4");
+}
+
 TEST_F(InpReader, ReadsModifiedElementsAsTheirPlainOnes) {
   std::string text = test::block_inp(1, true);
   const Model plain = read(text);
@@ -164,6 +170,48 @@ TEST_F(InpReader, FixedKeepsTheValueOfTheStepBefore) {
   EXPECT_NEAR(kept[10].value, 0.2, 1e-15);
   EXPECT_EQ(kept[11].value, -0.3);
   EXPECT_EQ(kept[9].amplitude, kRamp);
+}
+
+// Two bodies touch in a face, each with its own nodes.
+TEST_F(InpReader, TiedSurfacesGetCommonNodes) {
+  const std::string apart =
+      with_line(6, "5, 1, 1, 1\n12, 1, 0, 1e-7\n13, 0, 1, 0\n14, 0, 0, 1", with_line(9, "2, 12, 5, 13, 14"));
+  const std::string faces = "*SURFACE, NAME=UP\n2, S4\n*SURFACE, NAME=DOWN\n1, S3\n";
+  const std::string nodes =
+      "*NSET, NSET=X\n12, 13\n*SURFACE, NAME=UP, TYPE=NODE\nX\n14, 0.5\n*SURFACE, NAME=DOWN\n1\n";
+  const auto tied = [&](const std::string& surfaces, const std::string& names) {
+    return apart + surfaces + "*TIE, NAME=T, POSITION TOLERANCE=0.1\n" + names + "\n" + kStep +
+           "*CLOAD\n14, 1, 1\n" + kEnd;
+  };
+  const Model joined = read(kBody);
+  for (const std::string& surfaces : {faces, nodes}) {
+    const Model model = read(tied(surfaces, "UP, DOWN"));
+    EXPECT_EQ(model.labels, joined.labels);
+    EXPECT_EQ(model.positions, joined.positions);
+    EXPECT_TRUE(std::ranges::equal(model.elements[1].nodes(), joined.elements[1].nodes()));
+    EXPECT_EQ(model.find_node(14), 3);
+    EXPECT_EQ(model.steps[0].forces[0].node, 3);
+    ASSERT_EQ(model.warnings.size(), 1U);
+    EXPECT_NE(model.warnings[0].find("*TIE: 3 nodes of surface UP become the nodes of DOWN at their places"),
+              std::string::npos)
+        << model.warnings[0];
+  }
+  EXPECT_EQ(read(tied(nodes, "UP, DOWN")).node_sets.at("X"), (std::vector<int>{1, 2}));
+  EXPECT_EQ(refusal(tied(faces, "UP, UP")),
+            "organ.inp:26: *TIE joins a surface to itself; name the surfaces of the two bodies");
+  EXPECT_EQ(refusal(tied(faces, "UP, DWN")),
+            "organ.inp:26: surface DWN is not defined above this line; did you mean DOWN?");
+  const auto partners = [](const std::string& number) {
+    return "organ.inp:26: *TIE: surface DOWN has " + number +
+           " at the place of node 12 of surface UP; only surfaces with nodes at the same places, one to one, "
+           "are joined: mesh both bodies together";
+  };
+  EXPECT_EQ(
+      refusal(tied("*SURFACE, NAME=UP\n2, S4\n*SURFACE, NAME=DOWN\n1, S1\n", "UP, DOWN")),
+      "organ.inp:26: *TIE: surface DOWN has no node at the place of node 14 of surface UP; only surfaces "
+      "with nodes at the same places, one to one, are joined: mesh both bodies together");
+  EXPECT_EQ(refusal(tied("*SURFACE, NAME=UP\n2, S4\n*SURFACE, NAME=DOWN\nBODY\n", "UP, DOWN")),
+            partners("several nodes"));
 }
 
 TEST_F(InpReader, KnowsLawsByTheirOtherNames) {

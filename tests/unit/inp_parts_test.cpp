@@ -131,6 +131,46 @@ TEST_F(InpReader, RefusesBrokenAssemblies) {
       "organ.inp:21: *END ASSEMBLY inside the *INSTANCE of line 20; end that one with *END INSTANCE first");
 }
 
+// Reading any bytes ends in a Model or in an InputError, each line of which names its place.
+TEST_F(InpReader, SurvivesChangedBytesOfAssemblies) {
+  const std::string good =
+      assembly(instance("One") + instance("Two", "1, 0, 5\n0, 0, 0, 0, 0, 2, 90\n") +
+               "*NSET, NSET=Held, INSTANCE=One, INTERNAL\nLow\n*NSET, NSET=Held, INSTANCE=Two\n1, 2, 3\n"
+               "*SURFACE, NAME=S, TYPE=NODE\nOne.1\nTwo.Low\n") +
+      "*TIE, NAME=T\nOne.Skin, Two.Skin\n*BOUNDARY\nHeld, XSYMM\nHeld, 2, 6\n" + kStep +
+      "*BOUNDARY, FIXED\nHeld, 1\n*DSLOAD\nOne.Skin, P, 1\n" + kEnd;
+  EXPECT_NE(refusal(good).find("*TIE: surface TWO.SKIN has no node at the place"), std::string::npos);
+  std::mt19937 random(20050824);
+  const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random()) % n; };
+  int accepted = 0;
+  constexpr int kRounds = 2000;
+  for (int round = 0; round < kRounds; ++round) {
+    std::string text = good;
+    // Lines go, come twice or change their places; letters change.
+    const auto line = [&] {
+      const std::size_t begin = text.rfind('\n', below(text.size()));
+      return begin == std::string::npos ? 0 : begin + 1;
+    };
+    if (round % 2 == 0)
+      text.erase(text.find("*TIE"), std::string("*TIE, NAME=T\nOne.Skin, Two.Skin\n").size());
+    for (std::size_t i = below(4); i > 0; --i) {
+      const std::size_t begin = line();
+      const std::size_t end = std::min(text.find('\n', begin), text.size() - 1) + 1;
+      const std::string taken = text.substr(begin, end - begin);
+      if (below(2) == 0) text.erase(begin, end - begin);
+      if (below(2) == 0 && !text.empty()) text.insert(line(), taken);
+      if (below(4) == 0 && !text.empty()) text[below(text.size())] = static_cast<char>(below(256));
+    }
+    const std::string message = refusal(text);
+    accepted += message == "accepted";
+    std::istringstream lines(message);
+    for (std::string one; message != "accepted" && std::getline(lines, one);)
+      EXPECT_TRUE(one.starts_with("organ.inp")) << message;
+  }
+  EXPECT_GT(accepted, kRounds / 10);
+  EXPECT_LT(accepted, kRounds * 9 / 10);
+}
+
 // A short file may not fill the memory.
 TEST_F(InpReader, BoundsTheSizeOfAllInstances) {
   std::string text = "*PART, NAME=Organ\n*NODE\n";
