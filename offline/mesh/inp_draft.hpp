@@ -207,21 +207,22 @@ struct DraftMesh {
   std::vector<DraftSurface> surfaces;
 };
 
+// The pose of an instance: x -> turn (x + shift - centre) + centre.
+struct DraftPose {
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+};
+
 // The parts and instances of an assembly (inp_part_keywords.hpp).
 struct DraftAssembly {
   enum class Level { model, part, assembly, instance };
   Level level = Level::model;
-  std::string keyword;  // that opened the level, for messages
-  Place place;          // its place
-  std::string name;     // of the open part or instance
-  // The pose of the open instance, x -> turn (x + shift - centre) + centre; none: the instance is at rest.
-  struct Pose {
-    Eigen::Vector3d shift = Eigen::Vector3d::Zero();
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  };
-  std::optional<Pose> pose;
-  DraftMesh outer;  // the mesh around the open part or instance
+  std::string keyword;            // that opened the level, for messages
+  Place place;                    // its place
+  std::string name;               // of the open part or instance
+  std::optional<DraftPose> pose;  // of the open instance; none: it is at rest
+  DraftMesh outer;                // the mesh around the open part or instance
   std::map<std::string, DraftMesh> parts;
   std::map<std::string, int> label_offsets;  // by instance
   int largest_label = 0;                     // of nodes and elements of the instances

@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-// Reads the data lines from the lexer into the draft. Throws InputError on the first mistake, and for elements that
-// are neither tetrahedra nor elements of lines and surfaces.
+// Reads the data lines from the lexer into the draft. Throws InputError on the first mistake, and for
+// elements that are neither tetrahedra nor elements of lines and surfaces.
 void read_elements(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 
 }  // namespace palpate

@@ -39,8 +39,8 @@ class FieldReader {
 // Whether a field of a set or load is a name: its first character cannot start a number.
 bool is_name(std::string_view field);
 
-// Returns `label` of an instance with this offset as a label of the assembled model. Too large a label becomes the
-// largest integer, which no node and no element of an instance has.
+// Returns `label` of an instance with this offset as a label of the assembled model. Too large a label
+// becomes the largest integer, which no node and no element of an instance has.
 int shifted_label(int label, int offset);
 
 // Returns the index of a set named at `place`; throws InputError with the nearest known name.

@@ -58,8 +58,8 @@ class InpLexer {
   InpLexer(const std::filesystem::path& file, const std::filesystem::path& include_root);
   ~InpLexer();
 
-  // Skips remaining data lines and returns the next keyword line; null at the end of the model. An *INCLUDE that
-  // fails ends the model.
+  // Skips remaining data lines and returns the next keyword line; null at the end of the model. An *INCLUDE
+  // that fails ends the model.
   const KeywordLine* next_keyword();
 
   // Returns the next data line of the keyword; null at another keyword or the end. Valid until the next call.

@@ -90,8 +90,8 @@ void read_named_support(const InpLexer& lexer, const DataLine& line, const Field
   displacement.last_axis = support->last_axis;
 }
 
-// Reads the degrees of freedom and the value. Returns false where they are rotations at zero, which the nodes of
-// solids do not have.
+// Reads the degrees of freedom and the value. Returns false where they are rotations at zero, which the nodes
+// of solids do not have.
 bool read_dofs(const FieldReader& fields, Draft& draft, DraftDisplacement& displacement) {
   constexpr int kLastRotation = 6;
   const char* meaning = "degree of freedom";

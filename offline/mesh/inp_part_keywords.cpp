@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <numbers>
@@ -16,8 +17,8 @@ namespace {
 
 using Level = DraftAssembly::Level;
 
-// A model has a few million nodes and elements. The bound keeps a short file with many instances of a large part
-// from filling the memory.
+// A model has a few million nodes and elements. The bound keeps a short file with many instances of a large
+// part from filling the memory.
 constexpr std::size_t kMostCopied = 5'000'000;
 
 // Opens a level. Refuses another level than `expected` around it: that level then ends.
@@ -79,8 +80,8 @@ int largest_label(const DraftMesh& mesh) {
   return largest;
 }
 
-// Returns the offset of an instance whose largest label is `largest`, behind `taken`: a round number, so that the
-// digits of its labels stay.
+// Returns the offset of an instance whose largest label is `largest`, behind `taken`: a round number, so that
+// the digits of its labels stay.
 std::int64_t label_offset(int largest, int taken) {
   if (taken == 0) return 0;
   std::int64_t unit = 10;
@@ -117,7 +118,7 @@ void shift(DraftTarget& target, const std::vector<int>& sets, int offset) {
 
 void append(Draft& draft, const DraftMesh& mesh, int offset) {
   const std::string prefix = draft.assembly.name + ".";
-  const std::optional<DraftAssembly::Pose>& pose = draft.assembly.pose;
+  const std::optional<DraftPose>& pose = draft.assembly.pose;
   for (DraftNode node : mesh.nodes) {
     node.label += offset;
     if (pose) node.position = pose->turn * (node.position + pose->shift - pose->centre) + pose->centre;
@@ -168,7 +169,7 @@ void read_pose(InpLexer& lexer, DraftAssembly& assembly) {
   assembly.pose.reset();
   const DataLine* line = lexer.next_data();
   if (line == nullptr) return;
-  DraftAssembly::Pose& pose = assembly.pose.emplace();
+  DraftPose& pose = assembly.pose.emplace();
   const FieldReader shift(lexer, *line, 1, 3, "the shift along x, y, z");
   pose.shift = {shift.number(0), shift.number(1), shift.number(2)};
   line = lexer.next_data();
@@ -273,12 +274,14 @@ void read_end_assembly(InpLexer& lexer, const KeywordLine& keyword, Draft& draft
   lexer.allow_parameters(keyword, {});
   add_short_names(draft.node_sets, assembly.node_sets);
   add_short_names(draft.element_sets, assembly.element_sets);
-  for (const auto& [name, counted] : assembly.surfaces) {
-    if (counted.first != 1) continue;
+  for (const auto& named : assembly.surfaces) {
+    const std::string& name = named.first;
+    const auto [count, last] = named.second;
+    if (count != 1) continue;
     const bool taken = std::any_of(draft.surfaces.begin(), draft.surfaces.end(),
                                    [&](const DraftSurface& surface) { return surface.name == name; });
     if (taken) continue;
-    draft.surfaces.push_back(draft.surfaces[static_cast<std::size_t>(counted.second)]);
+    draft.surfaces.push_back(draft.surfaces[static_cast<std::size_t>(last)]);
     draft.surfaces.back().name = name;
   }
   assembly.parts.clear();

@@ -11,8 +11,9 @@
 //   *NSET, NSET=BASE, INSTANCE=LIVER-1
 //   *END ASSEMBLY
 //
-// An instance is a copy of its part. Its sets and surfaces are called LIVER-1.NAME, and NAME where the name is
-// unique. Labels of the first instance stay; an offset shifts the labels of others behind all labels before.
+// An instance is a copy of its part. Its sets and surfaces are called LIVER-1.NAME, and NAME where the name
+// is unique. Labels of the first instance stay; an offset shifts the labels of others behind all labels
+// before.
 #pragma once
 
 #include "offline/mesh/inp_draft.hpp"
@@ -20,8 +21,8 @@
 
 namespace palpate {
 
-// Each function reads its data lines from the lexer into the draft. Throws InputError on the first mistake. The
-// level of the draft changes also where the function throws, so that the reading can go on.
+// Each function reads its data lines from the lexer into the draft. Throws InputError on the first mistake.
+// The level of the draft changes also where the function throws, so that the reading can go on.
 void read_part(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_end_part(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);
 void read_assembly(InpLexer& lexer, const KeywordLine& keyword, Draft& draft);

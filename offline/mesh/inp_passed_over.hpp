@@ -1,5 +1,5 @@
-// Keywords that change no result of a static solve: requests for output, controls of another solver, and values
-// of zero. One warning names all of them.
+// Keywords that change no result of a static solve: requests for output, controls of another solver, and
+// values of zero. One warning names all of them.
 #pragma once
 
 #include <initializer_list>

@@ -24,8 +24,8 @@
 namespace palpate {
 namespace {
 
-// Where a keyword may stand: before the steps in a part or outside, before the steps outside of parts, in a step,
-// outside of parts, or anywhere.
+// Where a keyword may stand: before the steps in a part or outside, before the steps outside of parts, in a
+// step, outside of parts, or anywhere.
 enum class Where { mesh, before_steps, in_step, outside_parts, anywhere };
 
 struct KeywordRule {
@@ -154,7 +154,8 @@ void check_where(const InpLexer& lexer, const KeywordLine& keyword, const Keywor
   }
 }
 
-// Gives the draft the structure that a refused keyword would have given, so that the next ones find their place.
+// Gives the draft the structure that a refused keyword would have given, so that the next ones find their
+// place.
 void keep_structure(const KeywordLine& keyword, Draft& draft) {
   if (keyword.name == "MATERIAL") {
     draft.materials.emplace_back();

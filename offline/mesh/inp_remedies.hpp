@@ -1,5 +1,5 @@
-// Says of keywords and parameters that are not supported what they do and what to write instead. "Remove it" is
-// no remedy where the result changes.
+// Says of keywords and parameters that are not supported what they do and what to write instead. "Remove it"
+// is no remedy where the result changes.
 #pragma once
 
 #include <span>
