@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "offline/mesh/inp_fields.hpp"
 #include "offline/mesh/nearest_name.hpp"
@@ -21,15 +22,24 @@ using Level = DraftAssembly::Level;
 // part from filling the memory.
 constexpr std::size_t kMostCopied = 5'000'000;
 
-// Opens a level. Refuses another level than `expected` around it: that level then ends.
-void open_level(const InpLexer& lexer, const KeywordLine& keyword, DraftAssembly& assembly, Level expected,
+DraftMesh& mesh_of(Draft& draft) {
+  return draft;
+}
+
+// Opens a level; a part or an instance begins with an empty mesh. Refuses another level than `expected`
+// around it: that level then ends, and its part or instance is lost.
+void open_level(const InpLexer& lexer, const KeywordLine& keyword, Draft& draft, Level expected,
                 Level opened) {
+  DraftAssembly& assembly = draft.assembly;
   const Level level = assembly.level;
   const std::string before = assembly.keyword;
   const int line = assembly.place.line;
+  if (assembly.in_part()) mesh_of(draft) = std::exchange(assembly.outer, {});
   assembly.level = opened;
   assembly.keyword = keyword.shown;
   assembly.place = keyword.place;
+  assembly.name.clear();
+  if (assembly.in_part()) assembly.outer = std::exchange(mesh_of(draft), {});
   if (level == expected) return;
   if (expected == Level::assembly && level == Level::model) {
     lexer.fail_following(keyword.place, keyword.shown +
@@ -187,10 +197,7 @@ void read_pose(InpLexer& lexer, DraftAssembly& assembly) {
 
 void read_part(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   DraftAssembly& assembly = draft.assembly;
-  if (!assembly.in_part()) assembly.outer = std::move(static_cast<DraftMesh&>(draft));
-  static_cast<DraftMesh&>(draft) = {};
-  assembly.name.clear();
-  open_level(lexer, keyword, assembly, Level::model, Level::part);
+  open_level(lexer, keyword, draft, Level::model, Level::part);
   lexer.allow_parameters(keyword, {"NAME"});
   assembly.name = normalised_name(lexer.required_value(keyword, "NAME"));
   if (assembly.parts.count(assembly.name) > 0) {
@@ -201,14 +208,13 @@ void read_part(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
 
 void read_end_part(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   close_level(lexer, keyword, draft.assembly, Level::part, Level::model);
-  draft.assembly.parts.try_emplace(draft.assembly.name, std::move(static_cast<DraftMesh&>(draft)));
-  static_cast<DraftMesh&>(draft) = std::move(draft.assembly.outer);
-  draft.assembly.outer = {};
+  draft.assembly.parts.try_emplace(draft.assembly.name, std::move(mesh_of(draft)));
+  mesh_of(draft) = std::exchange(draft.assembly.outer, {});
   lexer.allow_parameters(keyword, {});
 }
 
 void read_assembly(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
-  open_level(lexer, keyword, draft.assembly, Level::model, Level::assembly);
+  open_level(lexer, keyword, draft, Level::model, Level::assembly);
   lexer.allow_parameters(keyword, {"NAME"});
   if (!draft.assembly.label_offsets.empty())
     lexer.fail(keyword.place,
@@ -217,10 +223,7 @@ void read_assembly(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
 
 void read_instance(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   DraftAssembly& assembly = draft.assembly;
-  if (!assembly.in_part()) assembly.outer = std::move(static_cast<DraftMesh&>(draft));
-  static_cast<DraftMesh&>(draft) = {};
-  assembly.name.clear();
-  open_level(lexer, keyword, assembly, Level::assembly, Level::instance);
+  open_level(lexer, keyword, draft, Level::assembly, Level::instance);
   lexer.allow_parameters(keyword, {"NAME", "PART"});
   assembly.name = normalised_name(lexer.required_value(keyword, "NAME"));
   if (assembly.label_offsets.count(assembly.name) > 0) {
@@ -242,16 +245,14 @@ void read_instance(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
                                           "limit; leave some of them out",
                                           kMostCopied));
   }
-  static_cast<DraftMesh&>(draft) = found->second;
+  mesh_of(draft) = found->second;
   read_pose(lexer, assembly);
 }
 
 void read_end_instance(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   DraftAssembly& assembly = draft.assembly;
   close_level(lexer, keyword, assembly, Level::instance, Level::assembly);
-  const DraftMesh mesh = std::move(static_cast<DraftMesh&>(draft));
-  static_cast<DraftMesh&>(draft) = std::move(assembly.outer);
-  assembly.outer = {};
+  const DraftMesh mesh = std::exchange(mesh_of(draft), std::exchange(assembly.outer, {}));
   lexer.allow_parameters(keyword, {});
   const int largest = largest_label(mesh);
   const std::int64_t offset = label_offset(largest, assembly.largest_label);

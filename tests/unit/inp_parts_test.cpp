@@ -124,6 +124,13 @@ TEST_F(InpReader, RefusesBrokenAssemblies) {
             "ASSEMBLY");
   EXPECT_EQ(refusal(kPart + "*ASSEMBLY\n" + instance("One") + kTissue + held),
             "organ.inp:20: the file ends inside this *ASSEMBLY; add *END ASSEMBLY");
+  // The second *ASSEMBLY cuts the second instance short; surfaces of the first stay.
+  EXPECT_EQ(refusal(kPart + "*ASSEMBLY\n" + instance("One") +
+                    "*INSTANCE, NAME=Two, PART=No\n*ASSEMBLY\n*INSTANCE, NAME=Three, PART=No\n*END INSTANCE\n"
+                    "*END ASSEMBLY\n"),
+            "organ.inp:22: part NO is not defined above this line; define it with *PART");
+  EXPECT_EQ(refusal(kPart + "*ASSEMBLY\n*INSTANCE, NAME=Two, PART=Organ\n*ASSEMBLY\n*END ASSEMBLY\n"),
+            "organ.inp:21: *ASSEMBLY inside the *INSTANCE of line 20; end that one with *END INSTANCE");
   EXPECT_EQ(refusal(kPart + "*END PART\n"),
             "organ.inp:19: *END PART ends nothing, as no such keyword is open; remove it");
   EXPECT_EQ(
