@@ -1,4 +1,4 @@
-// The .inp reader: what pre-processors write along, several refusals, and laws and supports under other names.
+// The .inp reader: lines that pre-processors write along, lists of refusals, and other names of laws.
 #include <gtest/gtest.h>
 
 #include "tests/support/inp_reader_fixture.hpp"
