@@ -129,7 +129,8 @@ void check_where(const InpLexer& lexer, const KeywordLine& keyword, const Keywor
 
 }  // namespace
 
-Model read_inp(const std::filesystem::path& file, const std::filesystem::path& include_root) {
+Model read_inp(const std::filesystem::path& file, const std::filesystem::path& include_root,
+               double merge_length) {
   InpLexer lexer(file, include_root);
   Draft draft;
   if (const DataLine* line = lexer.next_data()) {
@@ -154,7 +155,7 @@ Model read_inp(const std::filesystem::path& file, const std::filesystem::path& i
   if (draft.in_step()) {
     lexer.fail(draft.steps.back().place, "the file ends inside this step; add *END STEP");
   }
-  return resolve(draft, lexer.files(), file.string());
+  return resolve(draft, lexer.files(), file.string(), merge_length);
 }
 
 }  // namespace palpate

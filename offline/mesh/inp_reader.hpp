@@ -10,6 +10,8 @@ namespace palpate {
 // Reads and checks a model. keywords.md lists the supported keywords; any other keyword is refused by name
 // and line. Throws InputError, one line with file, line and remedy. Cost: linear in the file.
 // All files must lie below `include_root`, links resolved; if empty, included files below the model's folder.
-Model read_inp(const std::filesystem::path& file, const std::filesystem::path& include_root = {});
+// Nodes closer than `merge_length` (length unit) are merged (merge_nodes.hpp).
+Model read_inp(const std::filesystem::path& file, const std::filesystem::path& include_root = {},
+               double merge_length = 0);
 
 }  // namespace palpate

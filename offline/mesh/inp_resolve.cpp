@@ -5,6 +5,7 @@
 
 #include "offline/mesh/inp_resolve_steps.hpp"
 #include "offline/mesh/input_error.hpp"
+#include "offline/mesh/merge_nodes.hpp"
 #include "offline/mesh/model_check.hpp"
 #include "offline/mesh/nearest_name.hpp"
 #include "offline/mesh/text_number.hpp"
@@ -47,9 +48,10 @@ class Resolver {
     model_.warnings = draft.warnings;
   }
 
-  Model run() {
+  Model run(double merge_length) {
     resolve_nodes();
     resolve_elements();
+    if (merge_length > 0) merge_nodes(model_, merge_length, origin_);
     resolve_materials();
     resolve_sections();
     resolve_steps(draft_, files_, element_index_, model_);
@@ -193,8 +195,8 @@ class Resolver {
 
 }  // namespace
 
-Model resolve(const Draft& draft, const SourceFiles& files, const std::string& file) {
-  return Resolver(draft, files, file).run();
+Model resolve(const Draft& draft, const SourceFiles& files, const std::string& file, double merge_length) {
+  return Resolver(draft, files, file).run(merge_length);
 }
 
 }  // namespace palpate
