@@ -221,6 +221,7 @@ std::string what_samples_depend_on(const Model& model, const Scene& scene, const
   std::string key = fmt::format("{} {:a} {:a} {} {} {}", program, scene.max_displacement, scene.tip_radius,
                                 static_cast<int>(scene.directions), static_cast<int>(scene.polynomial_method),
                                 plan_sampling(scene, sites, 1).fewest);
+  if (model.merge_length > 0) key += fmt::format(" merge {:a}", model.merge_length);
   for (size_t i = 1; i < inputs.size(); ++i) key += " " + inputs[i].hash;  // the first input is the scene
   if (scene.gravity) {
     for (const double component : *scene.gravity) key += fmt::format(" {:a}", component);
@@ -277,6 +278,9 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
     bytes += scene.embed_inputs ? static_cast<double>(input.contents.size()) : 0;
   fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
              model.num_nodes(), model.elements.size(), assembly.num_equations(), sites.mean_surface_edge);
+  if (!scene.kept_apart.empty())
+    fmt::print("bodies     not joined where they meet, as separate_bodies = true says: {}\n",
+               scene.kept_apart);
   fmt::print("embeds     {}\n", embedded_names(scene, inputs));
   fmt::print("scene      {} sites, {} contact nodes, {} shown nodes, |d| to {:.4g} ({:.2f} h)\n",
              sites.sites.size(), sites.contact_nodes.size(), sites.packed_nodes.size(),
