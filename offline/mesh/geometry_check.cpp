@@ -243,9 +243,7 @@ class UnjoinedSearch {
     const FlatTriangle& triangle = triangles_[i];
     const FlatTriangle& base = triangles_[j];
     const double tolerance = std::min(tolerances_of_pieces_[i], tolerances_of_pieces_[j]);
-    const std::array<int, 3> here = places(piece);
-    const std::array<int, 3> there = places(other);
-    const bool coincides = here == there;
+    const bool coincides = places(piece) == places(other);
     if (coincides || lie_in_plane(triangle, base, tolerance)) {
       // A strip as narrow as the tolerance is no overlap: the faces are neighbours.
       const double least_area = 4 * tolerance * std::min(triangle.longest_edge, base.longest_edge);
@@ -259,8 +257,6 @@ class UnjoinedSearch {
       }
       return true;
     }
-    // Neighbours on a surface meet at their common nodes without harm.
-    if (std::find_first_of(here.begin(), here.end(), there.begin(), there.end()) != here.end()) return false;
     if (!pierces(triangle, base, tolerance) && !pierces(base, triangle, tolerance)) return false;
     found_.overlaps.push_back({piece.face.element, other.face.element});
     return true;

@@ -180,11 +180,27 @@ TEST(UnjoinedGeometry, FindsElementsThatAreThereTwice) {
   EXPECT_EQ(counts(model), expected);
 }
 
-// Two bars that cross: no node lies in an element of the other.
+// Two bars that cross: no node and no centroid lies in an element of the other.
 TEST(UnjoinedGeometry, FindsBodiesThatCross) {
-  const Model model = with_part(block_at({-2, -0.5, -0.4}, {1, 1, 1}, {4, 1, 0.8}),
-                                block_at({-0.4, -2, -0.3}, {1, 1, 1}, {0.8, 4, 0.6}));
+  const Model model = with_part(block_at({-2, -0.1, -0.1}, {1, 1, 1}, {4, 0.2, 0.2}),
+                                block_at({0.35, -1.6, -0.08}, {1, 1, 1}, {0.15, 4, 0.16}));
   EXPECT_GT(find_unjoined(model).overlaps.size(), 0U);
+  EXPECT_EQ(counts(with_part(block_at({-2, -0.1, -0.1}, {1, 1, 1}, {4, 0.2, 0.2}),
+                             block_at({0.35, -1.6, 0.11}, {1, 1, 1}, {0.15, 4, 0.16}))),
+            kNone);
+}
+
+// Faces that lie on each other and look the same way belong to bodies that overlap, not to bodies that touch.
+TEST(UnjoinedGeometry, TellsOverlapsFromContacts) {
+  const Model block = block_at({0, 0, 0}, {2, 1, 1}, {2, 1, 1});
+  const UnjoinedGeometry overlapping =
+      find_unjoined(with_part(block, block_at({0.6, 0, 0}, {2, 1, 1}, {2, 1, 1})));
+  EXPECT_EQ(overlapping.faces.size(), 0U);
+  EXPECT_GT(overlapping.overlaps.size(), 0U);
+  const UnjoinedGeometry touching =
+      find_unjoined(with_part(block, block_at({2, 0.6, 0.6}, {2, 1, 1}, {2, 1, 1})));
+  EXPECT_GT(touching.faces.size(), 0U);
+  EXPECT_EQ(touching.overlaps.size(), 0U);
 }
 
 TEST(UnjoinedGeometry, IsNotFoundInSoundMeshes) {
@@ -255,6 +271,20 @@ TEST(UnjoinedGeometry, OfAHeapIsFoundSoon) {
     heap.elements.push_back(element);
   }
   EXPECT_GT(find_unjoined(heap).overlaps.size(), kElements / 2U);
+
+  // Needles side by side along a diagonal: the box of each meets all others, and they do not touch. All pairs
+  // would take a minute.
+  for (int i = 0; i < kElements; ++i) {
+    const Eigen::Vector3d from = 0.1 * Eigen::Vector3d(i % 70, -i % 70, i / 70);
+    const std::array<Eigen::Vector3d, 4> corners = {
+        Eigen::Vector3d(0, 0, 0), {1e4, 1e4, 1e4}, {0, 0.05, 0}, {0, 0, 0.05}};
+    for (std::size_t a = 0; a < 4; ++a)
+      heap.positions[4 * static_cast<std::size_t>(i) + a] = from + corners[a];
+  }
+  const UnjoinedGeometry needles = find_unjoined(heap);
+  EXPECT_FALSE(needles.is_complete);
+  EXPECT_FALSE(needles.empty());
+  EXPECT_EQ(unjoined_messages(heap, needles).size(), 1U);
 }
 
 }  // namespace geometry_check_test
