@@ -41,7 +41,7 @@ Rules rules_of_this_project() {
              {"base", "numerics", "pack", "linear", "polynomial", "elements", "exterior", "zone", "refining",
               "response", "tools", "session"},
              {"palpate/", "runtime/kernels/", "schemas/"}, rules);
-  add_floors("offline/", {"numerics", "material", "mesh", "fem"}, {"runtime/kernels/"}, rules);
+  add_floors("offline/", {"numerics", "material", "mesh", "io", "fem"}, {"runtime/kernels/"}, rules);
   add_floors("offline/", {"precompute", "pack"},
              {"offline/numerics/", "offline/material/", "offline/mesh/", "offline/fem/", "schemas/"}, rules);
   add_floors("offline/", {"pipeline", "study", "report", "cli"},

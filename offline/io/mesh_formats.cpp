@@ -1,0 +1,61 @@
+#include "offline/io/mesh_formats.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <stdexcept>
+
+#include "offline/mesh/input_error.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::array<MeshFormat, 0> kFormats = {};
+
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  return text;
+}
+
+const MeshFormat* find_format(const std::filesystem::path& file) {
+  const std::string extension = lower_case(file.extension().string());
+  for (const MeshFormat& format : mesh_formats()) {
+    const std::string all = std::string(format.extensions) + " ";
+    if (!extension.empty() && all.find(extension + " ") != std::string::npos) return &format;
+  }
+  return nullptr;
+}
+
+std::string known_extensions(bool for_writing) {
+  std::string all;
+  for (const MeshFormat& format : mesh_formats()) {
+    if (!for_writing || format.write != nullptr)
+      all += (all.empty() ? "" : " ") + std::string(format.extensions);
+  }
+  return all;
+}
+
+}  // namespace
+
+std::span<const MeshFormat> mesh_formats() {
+  return kFormats;
+}
+
+MeshData read_mesh(const std::filesystem::path& file) {
+  const MeshFormat* format = find_format(file);
+  if (format == nullptr)
+    throw InputError({file.string(), 0},
+                     "has no ending of a mesh format; known are " + known_extensions(false));
+  return format->read(file);
+}
+
+void write_mesh(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file) {
+  const MeshFormat* format = find_format(file);
+  if (format == nullptr || format->write == nullptr)
+    throw std::runtime_error(file.string() + ": no mesh is written with this ending; name one of " +
+                             known_extensions(true));
+  format->write(mesh, options, file);
+}
+
+}  // namespace palpate
