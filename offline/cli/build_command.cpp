@@ -13,7 +13,7 @@
 #include "offline/cli/build_report.hpp"
 #include "offline/cli/commands.hpp"
 #include "offline/cli/jobs_option.hpp"
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 #include "offline/pipeline/build_plan.hpp"
 #include "offline/pipeline/opened_pack.hpp"
 #include "offline/pipeline/pack_build.hpp"

@@ -13,7 +13,7 @@
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/nodal_table.hpp"
 #include "offline/cli/patch_pressure.hpp"
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 #include "offline/precompute/error_survey.hpp"
 
 namespace palpate {

@@ -17,7 +17,7 @@
 #include "offline/cli/commands.hpp"
 #include "offline/cli/jobs_option.hpp"
 #include "offline/cli/json_text.hpp"
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 #include "offline/pipeline/build_plan.hpp"
 #include "offline/pipeline/carried_scene.hpp"
 #include "offline/pipeline/pack_build.hpp"

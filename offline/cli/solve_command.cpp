@@ -21,10 +21,10 @@
 #include "offline/fem/arc_length.hpp"
 #include "offline/fem/static_solver.hpp"
 #include "offline/fem/step_loads.hpp"
+#include "offline/io/finished_file.hpp"
 #include "offline/mesh/inp_reader.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/volume_patches.hpp"
-#include "offline/output/finished_file.hpp"
 #include "offline/output/vtu_writer.hpp"
 
 namespace palpate {

@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 
 namespace palpate {
 namespace {

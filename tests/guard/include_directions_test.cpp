@@ -34,7 +34,7 @@ Rules rules_of_this_project() {
       {"schemas", {"schemas/"}},
       {"runtime/include", {"palpate/"}},
       {"runtime/kernels", {"runtime/kernels/"}},
-      {"offline/output", {"offline/output/"}},
+      {"offline/output", {"offline/io/", "offline/output/"}},
       {"examples", {"palpate/"}},
   };
   add_floors("runtime/src/",
@@ -45,7 +45,7 @@ Rules rules_of_this_project() {
   add_floors("offline/", {"precompute", "pack"},
              {"offline/numerics/", "offline/material/", "offline/mesh/", "offline/fem/", "schemas/"}, rules);
   add_floors("offline/", {"pipeline", "study", "report", "cli"},
-             {"offline/numerics/", "offline/material/", "offline/mesh/", "offline/fem/",
+             {"offline/numerics/", "offline/material/", "offline/mesh/", "offline/io/", "offline/fem/",
               "offline/precompute/", "offline/pack/", "offline/output/", "schemas/", "palpate/"},
              rules);
   return rules;
