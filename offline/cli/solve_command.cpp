@@ -22,10 +22,10 @@
 #include "offline/fem/static_solver.hpp"
 #include "offline/fem/step_loads.hpp"
 #include "offline/io/finished_file.hpp"
+#include "offline/io/vtu_format.hpp"
 #include "offline/mesh/inp_reader.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/volume_patches.hpp"
-#include "offline/output/vtu_writer.hpp"
 
 namespace palpate {
 namespace {
@@ -56,21 +56,21 @@ std::vector<char> always_at_zero(const Model& model) {
 
 void write_result(const std::filesystem::path& file, const Model& model, const Eigen::VectorXd& displacement,
                   const Eigen::VectorXd& force) {
-  VtuMesh mesh;
-  mesh.points = model.positions;
-  mesh.point_vectors = {{"displacement", {displacement.begin(), displacement.end()}},
-                        {"force", {force.begin(), force.end()}}};
-  mesh.point_integers = {{"node", model.labels}};
-  VtuIntegers labels = {"element", {}};
-  VtuIntegers materials = {"material", {}};
+  MeshData mesh;
+  mesh.positions = model.positions;
+  mesh.point_arrays = {{"node", 1, {model.labels.begin(), model.labels.end()}},
+                       {"displacement", 3, {displacement.begin(), displacement.end()}},
+                       {"force", 3, {force.begin(), force.end()}}};
+  MeshArray labels = {"element", 1, {}};
+  MeshArray materials = {"material", 1, {}};
   for (const Tetrahedron& element : model.elements) {
-    mesh.connectivity.insert(mesh.connectivity.end(), element.nodes().begin(), element.nodes().end());
-    mesh.cells.push_back(element.num_nodes == 4 ? VtuCell::kTetrahedron : VtuCell::kQuadraticTetrahedron);
+    mesh.cells.push_back(
+        {CellKind::tetrahedron, element.label, element.num_nodes, element.node_array, /*line=*/0});
     labels.values.push_back(element.label);
     materials.values.push_back(element.material);
   }
-  mesh.cell_integers = {labels, materials};
-  write_vtu(mesh, file);
+  mesh.cell_arrays = {labels, materials};
+  write_vtu(mesh, {.is_binary = true}, file);
 }
 
 // Returns the peak memory of the process so far, bytes; 0 where the system does not report the peak.

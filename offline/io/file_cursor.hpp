@@ -55,6 +55,9 @@ class FileCursor {
   // Passes `count` bytes and returns them.
   std::string_view next_bytes(std::size_t count, const char* what);
 
+  // Returns the next `count` bytes without passing them, or fewer at the end.
+  std::string_view peek_bytes(std::size_t count) const { return std::string_view(bytes_).substr(at_, count); }
+
   // Passes the single line end before binary data.
   void skip_line_end();
 

@@ -1,5 +1,7 @@
 #include "offline/io/mesh_data.hpp"
 
+#include <numeric>
+
 namespace palpate {
 
 const char* plural_name(CellKind kind) {
@@ -43,6 +45,12 @@ int num_corners(CellKind kind) {
       return 8;
   }
   return 0;
+}
+
+void number_from_one(MeshData& mesh) {
+  mesh.node_labels.resize(mesh.positions.size());
+  std::iota(mesh.node_labels.begin(), mesh.node_labels.end(), 1);
+  for (std::size_t i = 0; i < mesh.cells.size(); ++i) mesh.cells[i].label = static_cast<int>(i) + 1;
 }
 
 }  // namespace palpate

@@ -57,4 +57,7 @@ const char* plural_name(CellKind kind);
 // Returns the number of corners: 1 for a point, 8 for a hexahedron.
 int num_corners(CellKind kind);
 
+// Labels nodes and cells from 1, for formats without labels.
+void number_from_one(MeshData& mesh);
+
 }  // namespace palpate

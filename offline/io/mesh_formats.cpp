@@ -5,12 +5,17 @@
 #include <cctype>
 #include <stdexcept>
 
+#include "offline/io/vtk_format.hpp"
+#include "offline/io/vtu_format.hpp"
 #include "offline/mesh/input_error.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr std::array<MeshFormat, 0> kFormats = {};
+constexpr std::array kFormats = {
+    MeshFormat{"VTK", ".vtk", read_vtk, write_vtk},
+    MeshFormat{"VTU", ".vtu", read_vtu, write_vtu},
+};
 
 std::string lower_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
