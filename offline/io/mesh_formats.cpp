@@ -5,6 +5,9 @@
 #include <cctype>
 #include <stdexcept>
 
+#include "offline/io/obj_format.hpp"
+#include "offline/io/ply_format.hpp"
+#include "offline/io/stl_format.hpp"
 #include "offline/io/vtk_format.hpp"
 #include "offline/io/vtu_format.hpp"
 #include "offline/mesh/input_error.hpp"
@@ -13,8 +16,9 @@ namespace palpate {
 namespace {
 
 constexpr std::array kFormats = {
-    MeshFormat{"VTK", ".vtk", read_vtk, write_vtk},
-    MeshFormat{"VTU", ".vtu", read_vtu, write_vtu},
+    MeshFormat{"VTK", ".vtk", read_vtk, write_vtk}, MeshFormat{"VTU", ".vtu", read_vtu, write_vtu},
+    MeshFormat{"STL", ".stl", read_stl, write_stl}, MeshFormat{"OBJ", ".obj", read_obj, write_obj},
+    MeshFormat{"PLY", ".ply", read_ply, write_ply},
 };
 
 std::string lower_case(std::string text) {
