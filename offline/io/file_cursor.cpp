@@ -46,6 +46,11 @@ std::string_view FileCursor::next_line(const char* what) {
   return line;
 }
 
+void FileCursor::set_comment(char first, std::function<void(std::string_view)> read) {
+  comment_ = first;
+  read_comment_ = std::move(read);
+}
+
 bool FileCursor::skip_blanks(char comment) {
   for (;;) {
     while (at_ < bytes_.size() && is_blank(bytes_[at_])) {
@@ -55,9 +60,32 @@ bool FileCursor::skip_blanks(char comment) {
         ++at_;
       }
     }
-    if (comment == 0 || at_end() || bytes_[at_] != comment) return !at_end();
-    next_line("a comment");
+    if (at_end()) return false;
+    const bool is_comment = comment_ != 0 && bytes_[at_] == comment_;
+    if (!is_comment && (comment == 0 || bytes_[at_] != comment)) return true;
+    const std::string_view text = next_line("a comment");
+    if (is_comment && read_comment_) read_comment_(text);
   }
+}
+
+bool FileCursor::skip_past_word(std::string_view word) {
+  for (std::size_t found = bytes_.find(word, at_); found != std::string::npos;
+       found = bytes_.find(word, found + 1)) {
+    const std::size_t end = found + word.size();
+    const bool is_word =
+        (found == 0 || is_blank(bytes_[found - 1])) && (end == bytes_.size() || is_blank(bytes_[end]));
+    if (!is_word) continue;
+    while (at_ < found) {
+      if (is_line_end(bytes_[at_])) {
+        skip_line_end();
+      } else {
+        ++at_;
+      }
+    }
+    at_ = end;
+    return true;
+  }
+  return false;
 }
 
 std::string_view FileCursor::peek_word() {

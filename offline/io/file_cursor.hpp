@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -34,8 +35,17 @@ class FileCursor {
   // Returns the next line without its end, LF, CRLF or CR, and passes it. Fails at the end of the file.
   std::string_view next_line(const char* what);
 
-  // Passes blanks and line ends, and lines whose first letter is `comment` (0: none). Whether text is left.
+  // From here on, text from a word that begins with `first` to the end of its line is a comment. The
+  // functions below pass comments and give each to `read`, if there is one.
+  void set_comment(char first, std::function<void(std::string_view)> read = {});
+
+  // Passes blanks, line ends and comments. `comment`: the first letter of further comments. Whether text is
+  // left.
   bool skip_blanks(char comment = 0);
+
+  // Passes everything up to and with `word` between blanks, even binary numbers. Passes nothing and
+  // returns false where the rest of the file lacks it.
+  bool skip_past_word(std::string_view word);
 
   // Returns the next word, without blanks around it. `what` names the word in the message of a failure:
   // "the file ends where <what> should be".
@@ -78,6 +88,8 @@ class FileCursor {
   std::string bytes_;
   std::size_t at_ = 0;
   int line_ = 1;
+  char comment_ = 0;
+  std::function<void(std::string_view)> read_comment_;
 };
 
 }  // namespace palpate

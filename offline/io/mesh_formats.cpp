@@ -5,12 +5,19 @@
 #include <cctype>
 #include <stdexcept>
 
+#include "offline/io/gmsh_format.hpp"
+#include "offline/io/medit_format.hpp"
+#include "offline/io/tetgen_format.hpp"
 #include "offline/mesh/input_error.hpp"
 
 namespace palpate {
 namespace {
 
-constexpr std::array<MeshFormat, 0> kFormats = {};
+constexpr std::array kFormats = {
+    MeshFormat{"Gmsh", ".msh .msh1 .msh2 .msh4", read_gmsh, write_gmsh},
+    MeshFormat{"Medit", ".mesh", read_medit, write_medit},
+    MeshFormat{"TetGen", ".node .ele", read_tetgen, write_tetgen},
+};
 
 std::string lower_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
