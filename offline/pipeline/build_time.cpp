@@ -48,9 +48,9 @@ void try_site(StaticSolver& solver, const Scene& scene, const ContactSites& site
   tried.sample += processor_seconds([&] { (void)sampler.solve(displacement(points[0]), ignored); });
 }
 
-// Returns the mean seconds of whole sites, fits included, over an eighth of the sites; 0 where these are fewer
-// than two. Hard sites take many times the samples and fits of others. The longest site does not count, as it
-// also pays for what all sites share.
+// Returns the mean seconds of whole sites, fits included, over an eighth of the sites; 0 where these are
+// fewer than two. Hard sites take many times the samples and fits of others. The longest site does not count,
+// as it also pays for what all sites share.
 double mean_site_seconds(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                          const RestState& rest, const SamplingPlan& plan, size_t num_sites) {
   constexpr size_t kMostSites = 10;

@@ -15,8 +15,9 @@ struct PlannedWork {
   bool has_zones = false;       // zones that the survey brings to equilibrium
 };
 
-// Returns processor seconds of one thread on an idle machine. Cost: a sample and a survey push at one site or, in
-// half a second, at a few; on small organs up to five seconds more for whole sites, which tell how many are hard.
+// Returns processor seconds of one thread on an idle machine. Cost: a sample and a survey push at one site
+// or, in half a second, at a few; on small organs up to five seconds more for whole sites, which tell how many
+// are hard.
 double estimate_build_seconds(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                               const RestState& rest, const SamplingPlan& plan, const PlannedWork& work);
 

@@ -15,7 +15,7 @@ std::string unit_suffix(const Scene& scene) {
   return scene.length_unit.empty() ? "" : " " + scene.length_unit;
 }
 
-// Names the unit in which the organ is nearest to the size of an ordinary organ: its length is 0.1 to 1000 cm.
+// Names the unit in which a body of this length is nearest to the size of an ordinary organ.
 std::string likely_unit(double length) {
   if (length < 1) return "m";
   return length < 30 ? "cm" : length < 2000 ? "mm" : "um";

@@ -1,4 +1,4 @@
-// The size of an organ beside its unit, its tip and its reach: what a mistaken unit or radius makes implausible.
+// The size of an organ beside its unit, tip and reach, with warnings of a mistaken unit or radius.
 #pragma once
 
 #include <Eigen/Core>

@@ -21,7 +21,8 @@ struct ContactSite {
   Eigen::Matrix3d frame = Eigen::Matrix3d::Identity();
 };
 
-// A patch must be able to move by this part of max_displacement in every direction, else its site is left out.
+// Part of max_displacement by which a patch must be able to move in every direction. Sites that
+// cannot are left out.
 inline constexpr double kLeastReachPart = 0.25;
 
 // A site that no response model can serve.
@@ -51,8 +52,9 @@ Eigen::MatrixXd packed_rows(const ContactSites& sites, const Eigen::MatrixXd& al
 std::string left_out_text(const Scene& scene, const Model& model, const std::vector<LeftOutSite>& left_out,
                           size_t num_left);
 
-// Numbers the sites. A patch has the free surface nodes within tip_radius of the site along the surface. Leaves
-// out sites whose patch_reaches() is below kLeastReachPart. Throws std::runtime_error where no site is left.
+// Numbers the sites. A patch has the free surface nodes within tip_radius of the site along the surface.
+// Leaves out sites whose patch_reaches() is below kLeastReachPart. Throws std::runtime_error where no site is
+// left.
 ContactSites find_contact_sites(const Scene& scene, const Model& model);
 
 }  // namespace palpate

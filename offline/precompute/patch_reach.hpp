@@ -1,7 +1,7 @@
 // How far a site's patch can move before an element without a free node inverts.
 //
-// All nodes of such an element belong to the patch or are fixed. The solver has no choice there: a displacement
-// d of the patch gives, at each integration point,
+// All nodes of such an element belong to the patch or are fixed. The solver has no choice there: a
+// displacement d of the patch gives, at each integration point,
 //   F = 1 + d g^T,   g = sum of dN_a/dX over the nodes a of the patch,   det F = 1 + d . g.
 #pragma once
 

@@ -38,7 +38,7 @@ void fix_around_first_site(test::TouchedBlock& block) {
   }
 }
 
-// det F of a held element is linear in the displacement. The assembly, which knows no limit, gives the slopes.
+// det F of a held element is linear in the displacement. The assembly knows no limit and gives the slopes.
 double reach_by_assembly(const test::TouchedBlock& block, bool inward_only) {
   constexpr double kSmall = 1e-3;
   constexpr int kDirections = 4000;
@@ -112,8 +112,8 @@ TEST(PatchReach, SitesBelowAQuarterAreLeftOutByName) {
   }
 }
 
-// The node 0.3 under site 111 is fixed, but each element between them has a free node too: only the solver finds
-// the limit. The other sites keep their errors and contact sets.
+// The node 0.3 under a site is fixed, but each element between them has a free node too: only the solver
+// finds the limit. The other sites keep their errors and contact sets.
 TEST(LeftOut, AnUnsampledSiteEndsNoBuild) {
   constexpr int kImmobile = 110;  // node of the site, at (2, 2, 2)
   constexpr int kUnder = 65;      // node under it
