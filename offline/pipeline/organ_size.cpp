@@ -34,10 +34,11 @@ Eigen::Vector3d organ_size(const Model& model) {
 std::string size_text(const Scene& scene, const Model& model, double mean_surface_edge) {
   const Eigen::Vector3d size = organ_size(model);
   const std::string unit = unit_suffix(scene);
-  return fmt::format("organ {:.3g} x {:.3g} x {:.3g}{}; |d| to {:.4g}{}: {:.2f} h, {:.2g} % of it", size.x(),
+  const double percent = 100 * scene.max_displacement / size.maxCoeff();
+  return fmt::format("organ {:.3g} x {:.3g} x {:.3g}{}; |d| to {:.4g}{}: {:.2f} h, {} % of it", size.x(),
                      size.y(), size.z(), unit, scene.max_displacement, unit,
                      scene.max_displacement / mean_surface_edge,
-                     100 * scene.max_displacement / size.maxCoeff());
+                     percent < 10 ? fmt::format("{:.2g}", percent) : fmt::format("{:.0f}", percent));
 }
 
 std::vector<std::string> size_warnings(const Scene& scene, const Model& model, double mean_surface_edge) {

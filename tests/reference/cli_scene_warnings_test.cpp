@@ -24,7 +24,7 @@ std::string block_with_immobile_site() {
 
 SceneFiles scene_with_sites(const std::string& sites) {
   return SceneFiles("[contact]\nsites = " + sites +
-                        "\nmax_displacement = 0.45\ntip_radius = 0.01\n[models]\npolynomial = false\n",
+                        "\nmax_displacement = 0.5\ntip_radius = 0.01\n[models]\npolynomial = false\n",
                     block_with_immobile_site());
 }
 
