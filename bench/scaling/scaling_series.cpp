@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 #include "offline/report/gnuplot.hpp"
 #include "offline/report/plot_style.hpp"
 #include "offline/report/power_law.hpp"

@@ -21,7 +21,7 @@
 
 #include "bench/speed_error/bullet_body.hpp"
 #include "offline/fem/blas_kernels.hpp"
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 #include "offline/output/progress_bar.hpp"
 #include "offline/pipeline/scene_sites.hpp"
 #include "offline/study/method_timing.hpp"

@@ -13,9 +13,10 @@
 #include "offline/cli/build_report.hpp"
 #include "offline/cli/commands.hpp"
 #include "offline/cli/jobs_option.hpp"
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 #include "offline/pipeline/build_plan.hpp"
 #include "offline/pipeline/opened_pack.hpp"
+#include "offline/pipeline/organ_size.hpp"
 #include "offline/pipeline/pack_build.hpp"
 #include "offline/pipeline/ranks.hpp"
 #include "offline/study/frame_timing.hpp"
@@ -54,13 +55,23 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void warn_of_fixed_nodes(const Scene& scene, const ContactSites& sites) {
-  if (sites.sites_at_fixed_nodes == 0) return;
-  fmt::print(
-      stderr,
-      "{}: {} of {} sites have fixed nodes within tip_radius, which stay where they are; the patch is the "
-      "rest\n",
-      scene.file.string(), sites.sites_at_fixed_nodes, sites.sites.size());
+// Prints the warnings that need no solve.
+void warn_of_scene(const Scene& scene, const Model& model, const ContactSites& sites) {
+  if (is_tip_below_edge(scene.tip_radius, sites.mean_surface_edge)) {
+    fmt::print(stderr, "{}: {}; raise tip_radius to an edge or more, or refine the mesh\n",
+               scene.file.string(),
+               tip_text(scene.tip_radius, sites.mean_surface_edge,
+                        scene.length_unit.empty() ? "" : " " + scene.length_unit));
+  }
+  if (sites.sites_at_fixed_nodes > 0) {
+    fmt::print(
+        stderr,
+        "{}: {} of {} sites have fixed nodes within tip_radius, which stay where they are; the patch is the "
+        "rest\n",
+        scene.file.string(), sites.sites_at_fixed_nodes, sites.sites.size() + sites.left_out.size());
+  }
+  if (!sites.left_out.empty())
+    fmt::print(stderr, "{}\n", left_out_text(scene, model, sites.left_out, sites.sites.size()));
 }
 
 // Times frames of the pack and prints the result.
@@ -80,7 +91,8 @@ void print_result(const BuildArguments& arguments, const SamplingPlan& plan, con
                            seconds,
                            build.sampling_seconds,
                            time_scene(opened, kTimedFrames),
-                           new_places ? new_places->at(0.5) / 1000 : 0};
+                           new_places ? new_places->at(0.5) / 1000 : 0,
+                           build.left_out};
   if (arguments.json) {
     print_json(result);
   } else {
@@ -100,9 +112,11 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   std::vector<InputFile> input_files = read_inputs(inputs);
   if (ranks.is_first()) {
     for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
+    for (const std::string& warning : size_warnings(scene, model, extract_surface(model).mean_edge))
+      fmt::print(stderr, "{}\n", warning);
   }
   const ContactSites sites = find_contact_sites(scene, model);
-  if (ranks.is_first()) warn_of_fixed_nodes(scene, sites);
+  if (ranks.is_first()) warn_of_scene(scene, model, sites);
   const int jobs =
       arguments.jobs_given ? arguments.jobs : std::max(1, arguments.jobs / ranks.on_this_machine());
   const SamplingPlan plan = arguments.survey == "none" ? plan_without_survey(scene, sites, jobs)
@@ -119,10 +133,9 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
     store.emplace(samples, what_samples_depend_on(model, scene, sites, input_files), !ranks.is_first());
   }
   const Assembly assembly(model, model.fixed_dofs());
-  if (ranks.is_first() && !arguments.json)
-    print_plan(model, scene, sites, assembly, input_files, plan, ranks.count(), store.has_value());
-
   const RestState rest = find_rest(assembly, scene);
+  if (ranks.is_first() && !arguments.json)
+    print_plan(scene, sites, assembly, rest, input_files, plan, ranks.count(), store.has_value());
   const std::unique_ptr<PackBuild> build = build_pack(
       {assembly, scene, sites, rest, plan, store ? &*store : nullptr}, std::move(input_files), &ranks);
   if (build == nullptr) return 0;

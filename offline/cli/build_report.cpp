@@ -11,6 +11,7 @@
 #include "offline/cli/json_text.hpp"
 #include "offline/pipeline/build_plan.hpp"
 #include "offline/pipeline/compliance_errors.hpp"
+#include "offline/pipeline/organ_size.hpp"
 #include "offline/pipeline/survey_table.hpp"
 
 namespace palpate {
@@ -107,33 +108,45 @@ std::string sets_off_target(const BuildResult& result) {
   return kinds;
 }
 
+// Returns the labels of all sites of the scene that the pack lacks.
+std::vector<int> left_out_labels(const BuildResult& result) {
+  std::vector<int> labels;
+  for (const LeftOutSite& site : result.content.sites.left_out)
+    labels.push_back(result.content.model.labels[static_cast<size_t>(site.node)]);
+  std::sort(labels.begin(), labels.end());
+  return labels;
+}
+
 }  // namespace
 
 void print_json(const BuildResult& result) {
   const Totals totals = totals_of(result);
   const Scene& scene = result.content.scene;
   const ContactSites& sites = result.content.sites;
-  fmt::print("{}\n", json_text({{"pack", result.pack.string()},
-                                {"bytes", result.opened.bytes().size()},
-                                {"seconds", result.seconds},
-                                {"sampling_seconds", result.sampling_seconds},
-                                {"sites", sites.sites.size()},
-                                {"sites_sampled", scene.polynomial ? num_sampled(result.sites) : 0},
-                                {"max_displacement_over_h", scene.max_displacement / sites.mean_surface_edge},
-                                {"solves", result.counts.solves},
-                                {"reused", result.counts.reused},
-                                {"iterations", result.counts.iterations},
-                                {"factorizations", result.counts.factorizations},
-                                {"min_J", totals.min_jacobian},
-                                {"sites_with_smaller_domain", totals.shortened},
-                                {"sites_off_target", totals.off_target},
-                                {"survey_pushes_without_equilibrium", totals.unsolved},
-                                {"target_met", is_measured(result) && is_on_target(result)},
-                                {"frame_us", result.frame_us()},
-                                {"new_places_us", result.new_places_us},
-                                {"budget_met", result.frame_us() <= scene.frame_budget_us},
-                                {"compliance", compliance_json(result.opened.tables())},
-                                {"errors", survey_json(surveys_of(result.opened.tables()))}}));
+  fmt::print("{}\n",
+             json_text({{"pack", result.pack.string()},
+                        {"bytes", result.opened.bytes().size()},
+                        {"seconds", result.seconds},
+                        {"sampling_seconds", result.sampling_seconds},
+                        {"sites", sites.sites.size()},
+                        {"sites_left_out", left_out_labels(result)},
+                        {"tip_below_edge", is_tip_below_edge(scene.tip_radius, sites.mean_surface_edge)},
+                        {"sites_sampled", scene.polynomial ? num_sampled(result.sites) : 0},
+                        {"max_displacement_over_h", scene.max_displacement / sites.mean_surface_edge},
+                        {"solves", result.counts.solves},
+                        {"reused", result.counts.reused},
+                        {"iterations", result.counts.iterations},
+                        {"factorizations", result.counts.factorizations},
+                        {"min_J", totals.min_jacobian},
+                        {"sites_with_smaller_domain", totals.shortened},
+                        {"sites_off_target", totals.off_target},
+                        {"survey_pushes_without_equilibrium", totals.unsolved},
+                        {"target_met", is_measured(result) && is_on_target(result)},
+                        {"frame_us", result.frame_us()},
+                        {"new_places_us", result.new_places_us},
+                        {"budget_met", result.frame_us() <= scene.frame_budget_us},
+                        {"compliance", compliance_json(result.opened.tables())},
+                        {"errors", survey_json(surveys_of(result.opened.tables()))}}));
 }
 
 void print_text(const BuildResult& result) {
@@ -193,6 +206,8 @@ void print_warnings(const BuildResult& result) {
   const Scene& scene = result.content.scene;
   const std::string file = scene.file.string();
   const size_t num_sites = result.content.sites.sites.size();
+  if (!result.left_out.empty())
+    fmt::print(stderr, "{}\n", left_out_text(scene, result.content.model, result.left_out, num_sites));
   if (result.counts.not_kept > 0) {
     fmt::print(stderr,
                "{}: {} solves could not be kept, another build has to repeat them; make room on the disk, or "

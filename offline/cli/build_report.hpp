@@ -23,6 +23,7 @@ struct BuildResult {
   double sampling_seconds = 0;  // part of `seconds`: solves and fits of the sites
   SceneTiming scene_frame;
   double new_places_us = 0;  // median frame of contacts at new places between sites; 0: not applicable
+  std::vector<LeftOutSite> left_out;  // sites that could not be sampled
 
   double frame_us() const { return scene_frame.frame.at(0.5) / 1000; }  // median, us
 };

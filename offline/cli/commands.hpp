@@ -20,5 +20,8 @@ void add_bench_command(CLI::App& app, int& exit_code);
 void add_replay_command(CLI::App& app, int& exit_code);
 void add_validate_command(CLI::App& app, int& exit_code);
 void add_report_command(CLI::App& app, int& exit_code);
+void add_new_command(CLI::App& app);
+void add_check_command(CLI::App& app);
+void add_convert_command(CLI::App& app);
 
 }  // namespace palpate

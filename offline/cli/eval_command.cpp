@@ -13,7 +13,8 @@
 #include "offline/cli/json_text.hpp"
 #include "offline/cli/nodal_table.hpp"
 #include "offline/cli/patch_pressure.hpp"
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
+#include "offline/pipeline/organ_size.hpp"
 #include "offline/precompute/error_survey.hpp"
 
 namespace palpate {
@@ -143,6 +144,11 @@ std::vector<std::string> flags_of(const OpenedPack& opened, const ContactAnswer&
   return flags;
 }
 
+bool has_small_tip(const OpenedPack& opened) {
+  return is_tip_below_edge(opened.tables().sites()->tip_radius(),
+                           opened.tables().geometry()->mean_surface_edge());
+}
+
 nlohmann::json answer_json(const OpenedPack& opened, const ContactAnswer& answer) {
   nlohmann::json contacts = nlohmann::json::array();
   for (size_t c = 0; c < answer.results.size(); ++c) {
@@ -165,7 +171,9 @@ nlohmann::json answer_json(const OpenedPack& opened, const ContactAnswer& answer
     }
     if (!answer.places[c].is_site) add_point(answer.places[c], contacts.back());
   }
-  return {{"contacts", contacts}, {"flags", nlohmann::json::array()}};
+  nlohmann::json json = {{"contacts", contacts}, {"flags", nlohmann::json::array()}};
+  if (!answer.results.empty() && has_small_tip(opened)) json["tip_below_edge"] = true;
+  return json;
 }
 
 std::string corner_names(const TouchedPlace& place) {
@@ -209,6 +217,11 @@ void print_answer(const OpenedPack& opened, const ContactAnswer& answer) {
     if (const auto flags = flags_of(opened, answer, c); !flags.empty())
       fmt::print("; {}", fmt::join(flags, ", "));
     fmt::print("\n");
+  }
+  if (!answer.results.empty() && has_small_tip(opened)) {
+    fmt::print("{}, and so is its estimated error\n",
+               tip_text(opened.tables().sites()->tip_radius(),
+                        opened.tables().geometry()->mean_surface_edge(), length));
   }
   fmt::print("largest displacement {:.6g}{}\n", largest_node(answer.field), length);
 }

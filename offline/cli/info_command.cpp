@@ -15,6 +15,7 @@
 #include "offline/cli/commands.hpp"
 #include "offline/cli/json_text.hpp"
 #include "offline/pipeline/opened_pack.hpp"
+#include "offline/pipeline/organ_size.hpp"
 #include "offline/pipeline/survey_table.hpp"
 #include "offline/precompute/site_survey.hpp"
 #include "schemas/pack_layout.hpp"
@@ -223,6 +224,7 @@ nlohmann::json info_json(const OpenedPack& opened) {
           {"mean_surface_edge", geometry.mean_surface_edge()},
           {"contact_nodes", info.num_contact_nodes},
           {"tip_radius", tables.sites()->tip_radius()},
+          {"tip_below_edge", is_tip_below_edge(tables.sites()->tip_radius(), geometry.mean_surface_edge())},
           {"max_displacement", tables.sites()->max_displacement()},
           {"max_contacts", info.max_contacts},
           {"directions", tables.sites()->inward_normals() != nullptr ? "inward" : "all"},
@@ -259,6 +261,9 @@ void print_organ(const OpenedPack& opened) {
       "|d| (tool displacement) up to {:.4g}{}; {} at once\n",
       info.num_sites, info.max_patch_nodes, tables.sites()->tip_radius(), length,
       tables.sites()->max_displacement(), length, info.max_contacts);
+  if (is_tip_below_edge(tables.sites()->tip_radius(), geometry.mean_surface_edge()))
+    fmt::print("                 {}\n",
+               tip_text(tables.sites()->tip_radius(), geometry.mean_surface_edge(), length));
   fmt::print("  site nodes     {}\n", site_labels(opened));
 }
 

@@ -21,6 +21,7 @@ namespace {
 
 constexpr const char* kDescription =
     "Palpate: nonlinear soft tissue that answers a touch at haptic rate.\n\n"
+    "  palpate new    liver.vtk                 a scene for a mesh of an organ\n"
     "  palpate solve  model.inp -o DIR          full nonlinear finite elements\n"
     "  palpate build  scene.toml -o organ.pack  learn how the organ answers, and how wrong that is\n"
     "  palpate eval   organ.pack --contact 7=0,0,-5\n\n"
@@ -72,6 +73,9 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", PALPATE_VERSION);
   app.require_subcommand(1);
   int exit_code = 0;
+  palpate::add_new_command(app);
+  palpate::add_check_command(app);
+  palpate::add_convert_command(app);
   palpate::add_solve_command(app, exit_code);
   palpate::add_build_command(app, exit_code);
   palpate::add_info_command(app, exit_code);

@@ -9,9 +9,9 @@
 #include <sstream>
 #include <string_view>
 
+#include "offline/io/finished_file.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/text_file.hpp"
-#include "offline/output/finished_file.hpp"
 
 namespace palpate {
 namespace {

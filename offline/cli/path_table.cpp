@@ -5,7 +5,7 @@
 
 #include <iterator>
 
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 
 namespace palpate {
 

@@ -7,7 +7,7 @@
 #include "offline/cli/commands.hpp"
 #include "offline/cli/contact_arguments.hpp"
 #include "offline/cli/json_text.hpp"
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 #include "offline/output/organ_picture.hpp"
 
 namespace palpate {

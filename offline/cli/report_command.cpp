@@ -17,7 +17,7 @@
 #include "offline/cli/commands.hpp"
 #include "offline/cli/jobs_option.hpp"
 #include "offline/cli/json_text.hpp"
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 #include "offline/pipeline/build_plan.hpp"
 #include "offline/pipeline/carried_scene.hpp"
 #include "offline/pipeline/pack_build.hpp"
@@ -98,7 +98,7 @@ OrganReport report_on_scene(const std::filesystem::path& file, const ReportArgum
                             const std::string& name) {
   LoadedScene scene = read_scene(file, arguments.include_root);
   const auto all_sites = scene.scene.sites.size();
-  const Organ organ(with_at_most_sites(std::move(scene), effort.scene_sites));
+  Organ organ(with_at_most_sites(std::move(scene), effort.scene_sites));
   std::vector<std::filesystem::path> files = {organ.scene.file};
   files.insert(files.end(), organ.model.files.begin(), organ.model.files.end());
   std::vector<InputFile> inputs = read_inputs(files);
@@ -109,6 +109,7 @@ OrganReport report_on_scene(const std::filesystem::path& file, const ReportArgum
   const std::unique_ptr<PackBuild> build =
       build_pack({organ.assembly, organ.scene, organ.sites, organ.rest, plan, &store}, std::move(inputs));
   const OpenedPack opened(*build->bytes);
+  organ.sites = build->sites;
   OrganReport report = measure_organ(opened, organ, effort, arguments.seed, arguments.jobs, map);
   if (organ.sites.sites.size() < all_sites) {
     report.notes.push_back(fmt::format("Packed for this report at {} of the scene's {} sites.",

@@ -21,11 +21,13 @@
 #include "offline/fem/arc_length.hpp"
 #include "offline/fem/static_solver.hpp"
 #include "offline/fem/step_loads.hpp"
+#include "offline/io/finished_file.hpp"
+#include "offline/io/vtu_format.hpp"
+#include "offline/mesh/geometry_check.hpp"
 #include "offline/mesh/inp_reader.hpp"
 #include "offline/mesh/input_error.hpp"
+#include "offline/mesh/text_number.hpp"
 #include "offline/mesh/volume_patches.hpp"
-#include "offline/output/finished_file.hpp"
-#include "offline/output/vtu_writer.hpp"
 
 namespace palpate {
 namespace {
@@ -38,7 +40,8 @@ struct SolveArguments {
   std::filesystem::path model;
   std::filesystem::path folder;
   std::string solver = "cholesky";
-  std::string stepping;  // path control of *STATIC, RIKS; empty: not given
+  std::string stepping;     // path control of *STATIC, RIKS; empty: not given
+  double merge_length = 0;  // argument of read_inp()
   bool json = false;
 };
 
@@ -56,21 +59,21 @@ std::vector<char> always_at_zero(const Model& model) {
 
 void write_result(const std::filesystem::path& file, const Model& model, const Eigen::VectorXd& displacement,
                   const Eigen::VectorXd& force) {
-  VtuMesh mesh;
-  mesh.points = model.positions;
-  mesh.point_vectors = {{"displacement", {displacement.begin(), displacement.end()}},
-                        {"force", {force.begin(), force.end()}}};
-  mesh.point_integers = {{"node", model.labels}};
-  VtuIntegers labels = {"element", {}};
-  VtuIntegers materials = {"material", {}};
+  MeshData mesh;
+  mesh.positions = model.positions;
+  mesh.point_arrays = {{"node", 1, {model.labels.begin(), model.labels.end()}},
+                       {"displacement", 3, {displacement.begin(), displacement.end()}},
+                       {"force", 3, {force.begin(), force.end()}}};
+  MeshArray labels = {"element", 1, {}};
+  MeshArray materials = {"material", 1, {}};
   for (const Tetrahedron& element : model.elements) {
-    mesh.connectivity.insert(mesh.connectivity.end(), element.nodes().begin(), element.nodes().end());
-    mesh.cells.push_back(element.num_nodes == 4 ? VtuCell::kTetrahedron : VtuCell::kQuadraticTetrahedron);
+    mesh.cells.push_back(
+        {CellKind::tetrahedron, element.label, element.num_nodes, element.node_array, /*line=*/0});
     labels.values.push_back(element.label);
     materials.values.push_back(element.material);
   }
-  mesh.cell_integers = {labels, materials};
-  write_vtu(mesh, file);
+  mesh.cell_arrays = {labels, materials};
+  write_vtu(mesh, {.is_binary = true}, file);
 }
 
 // Returns the peak memory of the process so far, bytes; 0 where the system does not report the peak.
@@ -270,8 +273,9 @@ void print_step(size_t number, const Step& step, const StepResult& result, doubl
 }
 
 int run_solve(const SolveArguments& arguments) {
-  const Model model = read_inp(arguments.model, arguments.include_root);
+  const Model model = read_inp(arguments.model, arguments.include_root, arguments.merge_length);
   for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
+  for (const auto& fault : unjoined_messages(model, find_unjoined(model))) fmt::print(stderr, "{}\n", fault);
   if (model.steps.empty())
     throw InputError({model.file, 0}, "no *STEP: there is nothing to solve; add one with its loads");
   if (model.steps.back().riks && arguments.solver == "cg") {
@@ -381,6 +385,13 @@ void add_solve_command(CLI::App& app, int& exit_code) {
           "the path; current-stiffness: Bergan's parameter, for loads without snap-back")
       ->type_name(std::string(kByArcLength) + "|" + kByStiffness)
       ->check(CLI::IsMember({kByArcLength, kByStiffness}));
+  command
+      ->add_option("--merge", arguments->merge_length,
+                   "Merge nodes closer together than this (length unit of the model), to join parts")
+      ->type_name("LENGTH")
+      ->check([](const std::string& text) {
+        return parse_number(text).value_or(0) > 0 ? "" : "write a length above 0";
+      });
   add_allow_outside_option(*command, arguments->include_root);
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->callback([arguments, &exit_code] { exit_code = run_solve(*arguments); });

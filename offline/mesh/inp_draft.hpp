@@ -3,10 +3,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "offline/mesh/source_place.hpp"
@@ -67,6 +69,13 @@ struct DraftElement {
   std::array<int, 10> node_labels = {};
 };
 
+// An element of a line or a surface. It carries nothing, unless a section, load or surface refers to it.
+struct DraftDropped {
+  int label = 0;
+  const char* type = "";  // a literal, such as "CPS3"
+  Place place;
+};
+
 struct DraftMaterial {
   Material material;
   bool has_law = false;
@@ -95,9 +104,23 @@ struct DraftFaces {
   Place place;
 };
 
+struct DraftSurfaceNodes {
+  DraftTarget nodes;
+  Place place;
+};
+
 struct DraftSurface {
   std::string name;
   std::vector<DraftFaces> faces;
+  bool of_nodes = false;  // TYPE=NODE: has nodes instead of faces
+  std::vector<DraftSurfaceNodes> nodes;
+};
+
+// The nodes of the slave become the nodes of the master at their places. Indices in DraftMesh::surfaces.
+struct DraftTie {
+  int slave = 0;
+  int master = 0;
+  Place place;
 };
 
 struct DraftDisplacement {
@@ -106,6 +129,7 @@ struct DraftDisplacement {
   int last_axis = 0;
   double value = 0;
   int amplitude = kRamp;
+  bool keeps = false;  // FIXED: the value at the end of the step before; `value` has no meaning
   Place place;
 };
 
@@ -172,20 +196,72 @@ struct DraftStep {
   Place place;
 };
 
-struct Draft {
+// What a part may hold.
+struct DraftMesh {
   std::vector<DraftNode> nodes;
   std::vector<DraftElement> elements;
+  std::vector<DraftDropped> dropped;
   DraftSets node_sets;
   DraftSets element_sets;
-  std::vector<DraftMaterial> materials;
   std::vector<DraftSection> sections;
   std::vector<DraftSurface> surfaces;
+};
+
+// The pose of an instance: x -> turn (x + shift - centre) + centre.
+struct DraftPose {
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+};
+
+// The parts and instances of an assembly (inp_part_keywords.hpp).
+struct DraftAssembly {
+  enum class Level { model, part, assembly, instance };
+  Level level = Level::model;
+  std::string keyword;            // that opened the level, for messages
+  Place place;                    // its place
+  std::string name;               // of the open part or instance
+  std::optional<DraftPose> pose;  // of the open instance; none: it is at rest
+  DraftMesh outer;                // the mesh around the open part or instance
+  std::map<std::string, DraftMesh> parts;
+  std::map<std::string, int> label_offsets;  // by instance
+  int largest_label = 0;                     // of nodes and elements of the instances
+  std::size_t num_copied = 0;                // items of all instances
+  std::vector<std::string> shifted;          // instances with an offset, for a warning
+  // Names of sets and surfaces within instances: how many instances have the name, and one of their indices.
+  using Names = std::map<std::string, std::pair<int, int>>;
+  Names node_sets;
+  Names element_sets;
+  Names surfaces;
+
+  bool in_part() const { return level == Level::part || level == Level::instance; }
+};
+
+// Inside of *PART and *INSTANCE, the mesh is the mesh of that part or instance.
+struct Draft : DraftMesh {
+  std::vector<DraftMaterial> materials;
   std::vector<Amplitude> amplitudes;
+  std::vector<DraftTie> ties;
   std::vector<DraftDisplacement> fixed;
   std::vector<DraftStep> steps;
+  DraftAssembly assembly;
   std::vector<std::string> warnings;
+  std::vector<std::pair<std::string, int>> passed_over;  // what changes no result, with its count
+  int num_short_nodes = 0;                               // *NODE lines with fewer than three coordinates
+  bool has_modified = false;                             // C3D10M
 
   bool in_step() const { return !steps.empty() && !steps.back().ended; }
+
+  void pass_over(const std::string& what) {
+    const auto known = std::find_if(passed_over.begin(), passed_over.end(),
+                                    [&](const auto& counted) { return counted.first == what; });
+    constexpr std::size_t kMost = 64;  // bounds the warning, however the names are spelled
+    if (known != passed_over.end()) {
+      ++known->second;
+    } else if (passed_over.size() < kMost) {
+      passed_over.emplace_back(what, 1);
+    }
+  }
 };
 
 }  // namespace palpate

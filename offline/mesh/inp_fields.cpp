@@ -1,6 +1,7 @@
 #include "offline/mesh/inp_fields.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "offline/mesh/nearest_name.hpp"
 #include "offline/mesh/text_number.hpp"
@@ -59,22 +60,33 @@ int FieldReader::axis(std::size_t field) const {
   return dof - 1;
 }
 
-DraftTarget FieldReader::label_or_set(std::size_t field, const DraftSets& sets, const char* item) const {
+DraftTarget FieldReader::label_or_set(std::size_t field, const Draft& draft, const DraftSets& sets,
+                                      const char* item) const {
   DraftTarget target;
-  if (is_name(text(field))) {
-    target.set = known_set(lexer_, sets, (std::string(item) + " set").c_str(), text(field), line_.place);
-  } else {
+  if (!is_name(text(field))) {
     target.label = label(field, (std::string(item) + " label").c_str());
+    return target;
   }
+  const std::string name = normalised_name(text(field));
+  const std::size_t dot = name.rfind('.');
+  if (dot != std::string::npos && sets.find(name) < 0) {
+    const auto instance = draft.assembly.label_offsets.find(name.substr(0, dot));
+    const std::optional<int> label = parse_integer(std::string_view(name).substr(dot + 1));
+    if (instance != draft.assembly.label_offsets.end() && label && *label > 0) {
+      target.label = shifted_label(*label, instance->second);
+      return target;
+    }
+  }
+  target.set = known_set(lexer_, sets, (std::string(item) + " set").c_str(), text(field), line_.place);
   return target;
 }
 
 DraftTarget FieldReader::node_or_set(std::size_t field, const Draft& draft) const {
-  return label_or_set(field, draft.node_sets, "node");
+  return label_or_set(field, draft, draft.node_sets, "node");
 }
 
 DraftTarget FieldReader::element_or_set(std::size_t field, const Draft& draft) const {
-  return label_or_set(field, draft.element_sets, "element");
+  return label_or_set(field, draft, draft.element_sets, "element");
 }
 
 bool is_name(std::string_view field) {
@@ -83,13 +95,18 @@ bool is_name(std::string_view field) {
   return !((c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.');
 }
 
+int shifted_label(int label, int offset) {
+  return label > std::numeric_limits<int>::max() - offset ? std::numeric_limits<int>::max() : label + offset;
+}
+
 int known_set(const InpLexer& lexer, const DraftSets& sets, const char* kind, std::string_view name,
               Place place) {
   const std::string normalised = normalised_name(name);
   const int set = sets.find(normalised);
   if (set < 0) {
-    lexer.fail(place, std::string(kind) + " " + printable(normalised) + " is not defined above this line" +
-                          did_you_mean(normalised, sets.names()));
+    lexer.fail_unknown(place, normalised,
+                       std::string(kind) + " " + printable(normalised) + " is not defined above this line" +
+                           did_you_mean(normalised, sets.names()));
   }
   return set;
 }

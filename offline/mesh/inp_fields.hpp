@@ -24,12 +24,13 @@ class FieldReader {
   int label(std::size_t field, const char* meaning) const;    // an integer above 0
   int axis(std::size_t field) const;                          // degree of freedom 1, 2, 3 -> 0, 1, 2
 
-  // Reads a label, or the name of a known set.
+  // Reads a label, a label of an instance ("ORGAN-1.5"), or the name of a known set.
   DraftTarget node_or_set(std::size_t field, const Draft& draft) const;
   DraftTarget element_or_set(std::size_t field, const Draft& draft) const;
 
  private:
-  DraftTarget label_or_set(std::size_t field, const DraftSets& sets, const char* item) const;
+  DraftTarget label_or_set(std::size_t field, const Draft& draft, const DraftSets& sets,
+                           const char* item) const;
 
   const InpLexer& lexer_;
   const DataLine& line_;
@@ -37,6 +38,10 @@ class FieldReader {
 
 // Whether a field of a set or load is a name: its first character cannot start a number.
 bool is_name(std::string_view field);
+
+// Returns `label` of an instance with this offset as a label of the assembled model. Too large a label
+// becomes the largest integer, which no node and no element of an instance has.
+int shifted_label(int label, int offset);
 
 // Returns the index of a set named at `place`; throws InputError with the nearest known name.
 int known_set(const InpLexer& lexer, const DraftSets& sets, const char* kind, std::string_view name,

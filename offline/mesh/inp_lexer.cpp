@@ -4,7 +4,7 @@
 #include <system_error>
 #include <utility>
 
-#include "offline/mesh/input_error.hpp"
+#include "offline/mesh/inp_remedies.hpp"
 #include "offline/mesh/text_file.hpp"
 #include "offline/mesh/text_number.hpp"
 
@@ -93,6 +93,27 @@ void InpLexer::fail(Place place, const std::string& message) const {
   throw InputError(files_.at(place), message);
 }
 
+void InpLexer::fail_following(Place place, const std::string& message) const {
+  throw FollowingError(files_.at(place), message);
+}
+
+void InpLexer::fail_unknown(Place place, const std::string& name, const std::string& message) const {
+  const std::string instance = name.substr(0, name.rfind('.'));  // of "LIVER-1.BASE"
+  if (nameless_refused_ || refused_names_.count(name) > 0 || refused_names_.count(instance) > 0)
+    fail_following(place, message);
+  fail(place, message);
+}
+
+void InpLexer::note_refused(const KeywordLine& keyword) {
+  bool named = false;
+  for (const Parameter& parameter : keyword.parameters) {
+    if (!parameter.value) continue;
+    named = true;
+    refused_names_.insert(normalised_name(*parameter.value));
+  }
+  if (!named) nameless_refused_ = true;
+}
+
 void InpLexer::open(const std::filesystem::path& file, Place named_at) {
   const bool included = !open_.empty();
   const auto refuse = [&](const std::string& reason) {
@@ -178,7 +199,13 @@ void InpLexer::advance() {
     }
     read_keyword(line, place);
     if (keyword_.name == "INCLUDE") {
-      include(keyword_);
+      try {
+        include(keyword_);
+      } catch (const InputError&) {
+        // Without the included lines, most that follows would be refused.
+        open_.clear();
+        throw;
+      }
       continue;
     }
     kind_ = Kind::keyword;
@@ -238,7 +265,7 @@ void InpLexer::allow_parameters(const KeywordLine& keyword, std::span<const std:
   for (const Parameter& parameter : keyword.parameters) {
     const std::string shown = keyword.shown + ", " + parameter.shown;
     if (std::find(known.begin(), known.end(), parameter.name) == known.end()) {
-      fail(keyword.place, shown + " is not supported; remove it");
+      fail(keyword.place, shown + " is not supported" + parameter_remedy(keyword, parameter, known));
     }
     if (keyword.find(parameter.name) != &parameter) {
       fail(keyword.place, shown + " is given twice; keep one");

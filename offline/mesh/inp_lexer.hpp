@@ -12,11 +12,13 @@
 #include <initializer_list>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "offline/mesh/input_error.hpp"
 #include "offline/mesh/source_place.hpp"
 
 namespace palpate {
@@ -42,6 +44,13 @@ struct DataLine {
   Place place;
 };
 
+// A refusal that an earlier refusal can cause, such as an unknown set whose *NSET was refused. It is reported
+// only where it is the first.
+class FollowingError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 class InpLexer {
  public:
   // Opens the model file. All files must lie below `include_root`. If `include_root` is empty, included files
@@ -49,7 +58,8 @@ class InpLexer {
   InpLexer(const std::filesystem::path& file, const std::filesystem::path& include_root);
   ~InpLexer();
 
-  // Skips remaining data lines and returns the next keyword line; null at the end of the model.
+  // Skips remaining data lines and returns the next keyword line; null at the end of the model. An *INCLUDE
+  // that fails ends the model.
   const KeywordLine* next_keyword();
 
   // Returns the next data line of the keyword; null at another keyword or the end. Valid until the next call.
@@ -59,6 +69,15 @@ class InpLexer {
 
   // Throws InputError at `place`: "file:line: message".
   [[noreturn]] void fail(Place place, const std::string& message) const;
+
+  // Throws FollowingError at `place`.
+  [[noreturn]] void fail_following(Place place, const std::string& message) const;
+
+  // Refuses the use of `name`, which is not defined: with FollowingError where a refused keyword gives it.
+  [[noreturn]] void fail_unknown(Place place, const std::string& name, const std::string& message) const;
+
+  // Remembers the names that a refused keyword gives.
+  void note_refused(const KeywordLine& keyword);
 
   // Refuses parameters of `keyword` outside of `known`, and repeated parameters.
   void allow_parameters(const KeywordLine& keyword, std::span<const std::string_view> known) const;
@@ -86,8 +105,10 @@ class InpLexer {
   SourceFiles files_;
   std::vector<std::unique_ptr<OpenFile>> open_;  // the innermost *INCLUDE is last
   int num_opened_ = 0;
-  std::size_t bytes_left_;    // of kMaxModelBytes, for all files together
-  Kind kind_ = Kind::unread;  // of the line that advance() has read ahead
+  std::size_t bytes_left_;  // of kMaxModelBytes, for all files together
+  std::set<std::string> refused_names_;
+  bool nameless_refused_ = false;  // a refused keyword has no name, and may have been meant to give any
+  Kind kind_ = Kind::unread;       // of the line that advance() has read ahead
   KeywordLine keyword_;
   KeywordLine returned_keyword_;
   DataLine data_;

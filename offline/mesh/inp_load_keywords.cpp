@@ -1,16 +1,19 @@
 #include "offline/mesh/inp_load_keywords.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "offline/mesh/inp_fields.hpp"
+#include "offline/mesh/inp_remedies.hpp"
 #include "offline/mesh/nearest_name.hpp"
 #include "offline/mesh/text_number.hpp"
 
 namespace palpate {
 namespace {
 
-// Records OP=. The first line of a keyword decides for the step (CalculiX); other lines must agree (Abaqus).
+// Records OP=. The first line of a keyword decides for the step; an OP= of other lines must agree.
 void read_op(const InpLexer& lexer, const KeywordLine& keyword, DraftOp& op) {
+  if (op.given && keyword.find("OP") == nullptr) return;
   std::string value = "MOD";
   if (keyword.find("OP") != nullptr) value = normalised_name(lexer.required_value(keyword, "OP"));
   if (value != "MOD" && value != "NEW")
@@ -46,8 +49,9 @@ int amplitude_of(const InpLexer& lexer, const KeywordLine& keyword, const Draft&
     if (amplitude.name == name) return static_cast<int>(names.size());
     names.push_back(amplitude.name);
   }
-  lexer.fail(keyword.place, "amplitude " + printable(name) + " is not defined above this line" +
-                                did_you_mean(name, names, "; define it with *AMPLITUDE"));
+  lexer.fail_unknown(keyword.place, name,
+                     "amplitude " + printable(name) + " is not defined above this line" +
+                         did_you_mean(name, names, "; define it with *AMPLITUDE"));
 }
 
 // Reads OP= and AMPLITUDE= of a load. Refuses other parameters, except `others`.
@@ -60,13 +64,54 @@ int read_load_parameters(const InpLexer& lexer, const KeywordLine& keyword, cons
   return amplitude_of(lexer, keyword, draft);
 }
 
-// Whether a field is ENCASTRE or PINNED, which both hold all three displacements. Refuses other names.
-bool is_named_type(const InpLexer& lexer, const DataLine& line, std::string_view field) {
-  if (!is_name(field)) return false;
-  const std::string type = normalised_name(field);
-  if (type == "ENCASTRE" || type == "PINNED") return true;
-  lexer.fail(line.place, "boundary type " + printable(type) +
-                             " is not supported; write the degrees of freedom, such as 1, 3");
+// A support by name. The rotations that it holds besides have no meaning in a solid.
+struct NamedSupport {
+  const char* name;
+  int first_axis;
+  int last_axis;
+};
+constexpr std::array kNamedSupports = {NamedSupport{"ENCASTRE", 0, 2}, NamedSupport{"PINNED", 0, 2},
+                                       NamedSupport{"XSYMM", 0, 0}, NamedSupport{"YSYMM", 1, 1},
+                                       NamedSupport{"ZSYMM", 2, 2}};
+
+// Reads a support by name. Refuses other names and further fields.
+void read_named_support(const InpLexer& lexer, const DataLine& line, const FieldReader& fields,
+                        DraftDisplacement& displacement) {
+  const std::string type = normalised_name(fields.text(1));
+  const auto support = std::find_if(kNamedSupports.begin(), kNamedSupports.end(),
+                                    [&](const NamedSupport& known) { return known.name == type; });
+  if (support == kNamedSupports.end()) {
+    lexer.fail(line.place, "boundary type " + printable(type) +
+                               " is not supported; write the degrees of freedom, such as 1, 3");
+  }
+  if (!fields.is_empty(2) || !fields.is_empty(3))
+    lexer.fail(line.place, "nothing may follow " + type + "; remove it");
+  displacement.first_axis = support->first_axis;
+  displacement.last_axis = support->last_axis;
+}
+
+// Reads the degrees of freedom and the value. Returns false where they are rotations at zero, which the nodes
+// of solids do not have.
+bool read_dofs(const FieldReader& fields, Draft& draft, DraftDisplacement& displacement) {
+  constexpr int kLastRotation = 6;
+  const char* meaning = "degree of freedom";
+  const int first = fields.integer(1, meaning);
+  const int last = fields.is_empty(2) ? first : fields.integer(2, meaning);
+  displacement.value = fields.number(3);
+  const bool rotations = displacement.value == 0 && first >= 1 && last > 3 && last <= kLastRotation;
+  if (rotations) draft.pass_over("rotations of *BOUNDARY");
+  if (rotations && first > 3 && first <= last) return false;
+  displacement.first_axis = fields.axis(1);
+  displacement.last_axis = rotations ? 2 : fields.is_empty(2) ? displacement.first_axis : fields.axis(2);
+  return true;
+}
+
+// TYPE=DISPLACEMENT is what *BOUNDARY means without it.
+void check_boundary_type(const InpLexer& lexer, const KeywordLine& keyword) {
+  const Parameter* type = keyword.find("TYPE");
+  if (type == nullptr || normalised_name(type->value.value_or("")) == "DISPLACEMENT") return;
+  lexer.fail(keyword.place, "*BOUNDARY, TYPE=" + printable(normalised_name(type->value.value_or(""))) +
+                                " is not supported" + parameter_remedy(keyword, *type, {}));
 }
 
 // Returns the unit vector along the components in fields 3 to 5.
@@ -137,39 +182,39 @@ void read_amplitude(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
 void read_boundary(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   const bool in_step = draft.in_step();
   if (!in_step && !draft.steps.empty()) {
-    lexer.fail(keyword.place, "*BOUNDARY stands between two steps; move it into a step or before the first");
+    lexer.fail_following(keyword.place,
+                         "*BOUNDARY stands between two steps; move it into a step or before the first");
   }
   int amplitude = kRamp;
   if (in_step) {
-    amplitude = read_load_parameters(lexer, keyword, draft, draft.steps.back().boundary_op);
+    amplitude =
+        read_load_parameters(lexer, keyword, draft, draft.steps.back().boundary_op, {"FIXED", "TYPE"});
   } else {
     DraftOp op;
-    lexer.allow_parameters(keyword, {"OP"});
+    lexer.allow_parameters(keyword, {"OP", "FIXED", "TYPE"});
     read_op(lexer, keyword, op);
     if (op.is_new)
       lexer.fail(keyword.place, "*BOUNDARY, OP=NEW before the first *STEP removes nothing; take it out");
   }
+  check_boundary_type(lexer, keyword);
+  const bool keeps = keyword.find("FIXED") != nullptr;
   std::vector<DraftDisplacement>& displacements = in_step ? draft.steps.back().prescribed : draft.fixed;
   while (const DataLine* line = lexer.next_data()) {
     const FieldReader fields(lexer, *line, 2, 4, "node or set, first dof, last dof, value");
     DraftDisplacement displacement;
     displacement.target = fields.node_or_set(0, draft);
     displacement.amplitude = amplitude;
+    displacement.keeps = keeps;
     displacement.place = line->place;
-    if (is_named_type(lexer, *line, fields.text(1))) {
-      displacement.last_axis = 2;
-      if (!fields.is_empty(2) || !fields.is_empty(3)) {
-        lexer.fail(line->place, "nothing may follow " + normalised_name(fields.text(1)) + "; remove it");
-      }
-    } else {
-      displacement.first_axis = fields.axis(1);
-      displacement.last_axis = fields.is_empty(2) ? displacement.first_axis : fields.axis(2);
-      displacement.value = fields.number(3);
+    if (is_name(fields.text(1))) {
+      read_named_support(lexer, *line, fields, displacement);
+    } else if (!read_dofs(fields, draft, displacement)) {
+      continue;
     }
     if (displacement.last_axis < displacement.first_axis) {
       lexer.fail(line->place, "the last degree of freedom is before the first; exchange them");
     }
-    if (!in_step && displacement.value != 0) {
+    if (!in_step && !keeps && displacement.value != 0) {
       lexer.fail(line->place, "a displacement other than 0 before the first *STEP; move it into a step");
     }
     displacements.push_back(displacement);
@@ -231,10 +276,15 @@ void read_dsload(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
     for (const DraftSurface& surface : draft.surfaces) names.push_back(surface.name);
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
-      lexer.fail(line->place, "surface " + printable(name) + " is not defined above this line" +
-                                  did_you_mean(name, names, "; define it with *SURFACE"));
+      lexer.fail_unknown(line->place, name,
+                         "surface " + printable(name) + " is not defined above this line" +
+                             did_you_mean(name, names, "; define it with *SURFACE"));
     }
     const int surface = static_cast<int>(found - names.begin());
+    if (draft.surfaces[static_cast<std::size_t>(surface)].of_nodes)
+      lexer.fail(line->place,
+                 "surface " + printable(name) +
+                     " has nodes only, which no pressure acts on; define it by faces of elements");
     const std::string kind = normalised_name(fields.text(1));
     if (kind == "P") {
       refuse_direction(lexer, *line, fields);

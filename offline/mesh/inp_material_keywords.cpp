@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "offline/mesh/inp_fields.hpp"
+#include "offline/mesh/inp_passed_over.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/text_number.hpp"
 
@@ -117,15 +118,41 @@ Law read_yeoh(InpLexer& lexer, const KeywordLine& keyword) {
   return law;
 }
 
-Law read_ogden(InpLexer& lexer, const KeywordLine& keyword) {
-  std::size_t num_terms = 1;
-  if (keyword.find("N") != nullptr) {
-    const std::string text = lexer.required_value(keyword, "N");
-    const std::optional<int> given = parse_integer(text);
-    if (!given || *given < 1 || *given > 3)
-      lexer.fail(keyword.place, "OGDEN, N=" + printable(text) + " is not supported; write N=1, 2 or 3");
-    num_terms = static_cast<std::size_t>(*given);
+// Returns N=, the number of terms of a law; 1 where it is not given, as in Abaqus.
+std::size_t num_terms_of(const InpLexer& lexer, const KeywordLine& keyword, const char* law, int most) {
+  if (keyword.find("N") == nullptr) return 1;
+  const std::string text = lexer.required_value(keyword, "N");
+  const std::optional<int> given = parse_integer(text);
+  if (!given || *given < 1 || *given > most) {
+    lexer.fail(keyword.place, fmt::format("{}, N={} is not supported; write {}", law, printable(text),
+                                          most == 1 ? "N=1" : "N=1, 2 or 3"));
   }
+  return static_cast<std::size_t>(*given);
+}
+
+// POLYNOMIAL with one term is MOONEY-RIVLIN.
+Law read_polynomial(InpLexer& lexer, const KeywordLine& keyword) {
+  num_terms_of(lexer, keyword, "POLYNOMIAL", 1);
+  return read_mooney_rivlin(lexer, keyword);
+}
+
+// REDUCED POLYNOMIAL has the first terms of YEOH.
+Law read_reduced_polynomial(InpLexer& lexer, const KeywordLine& keyword) {
+  const std::size_t num_terms = num_terms_of(lexer, keyword, "REDUCED POLYNOMIAL", 3);
+  const char* layouts[] = {"C10, D1", "C10, C20, D1, D2", "C10, C20, C30, D1, D2, D3"};
+  const Constants constants =
+      read_constants(lexer, keyword, num_terms + 1, 2 * num_terms, layouts[num_terms - 1]);
+  require_shear(lexer, constants, 2 * constants.values[0], "2 C10");
+  InvariantLaw law;
+  law.c10 = constants.values[0];
+  if (num_terms > 1) law.c20 = constants.values[1];
+  if (num_terms > 2) law.c30 = constants.values[2];
+  law.volumetric = volumetric_of(lexer, constants, num_terms);
+  return law;
+}
+
+Law read_ogden(InpLexer& lexer, const KeywordLine& keyword) {
+  const std::size_t num_terms = num_terms_of(lexer, keyword, "OGDEN", 3);
   const char* layouts[] = {"mu1, alpha1, D1", "mu1, alpha1, mu2, alpha2, D1, D2",
                            "mu1, alpha1, mu2, alpha2, mu3, alpha3, D1, D2, and D3 in the next line"};
   const Constants constants =
@@ -147,12 +174,25 @@ struct LawRule {
   const char* name;   // normalised
   const char* shown;  // for messages
   Law (*read)(InpLexer&, const KeywordLine&);
+  bool has_terms = false;  // N= gives their number
 };
 constexpr std::array kLaws = {
     LawRule{"COMPRESSIBLENEOHOOKE", "COMPRESSIBLE NEO HOOKE", read_compressible_neo_hooke},
     LawRule{"NEOHOOKE", "NEO HOOKE", read_neo_hooke},
-    LawRule{"MOONEY-RIVLIN", "MOONEY-RIVLIN", read_mooney_rivlin}, LawRule{"YEOH", "YEOH", read_yeoh},
-    LawRule{"OGDEN", "OGDEN", read_ogden}};
+    LawRule{"MOONEY-RIVLIN", "MOONEY-RIVLIN", read_mooney_rivlin},
+    LawRule{"YEOH", "YEOH", read_yeoh},
+    LawRule{"OGDEN", "OGDEN", read_ogden, true},
+    LawRule{"POLYNOMIAL", "POLYNOMIAL", read_polynomial, true},
+    LawRule{"REDUCEDPOLYNOMIAL", "REDUCED POLYNOMIAL", read_reduced_polynomial, true}};
+
+// Without *VISCOELASTIC, which is refused, moduli of short and of long times are the same.
+void check_moduli(const InpLexer& lexer, const KeywordLine& keyword) {
+  if (keyword.find("MODULI") == nullptr) return;
+  const std::string moduli = normalised_name(lexer.required_value(keyword, "MODULI"));
+  if (moduli != "LONGTERM" && moduli != "INSTANTANEOUS")
+    lexer.fail(keyword.place,
+               "MODULI=" + printable(moduli) + " is neither LONG TERM nor INSTANTANEOUS; correct it");
+}
 
 std::string law_names() {
   std::string names;
@@ -188,26 +228,35 @@ void read_density(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
 
 void read_hyperelastic(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   const LawRule* law = nullptr;
+  for (const LawRule& rule : kLaws) {
+    if (keyword.find(rule.name) == nullptr) continue;
+    if (law != nullptr) lexer.fail(keyword.place, keyword.shown + " names two laws; keep one");
+    law = &rule;
+  }
   for (const Parameter& parameter : keyword.parameters) {
-    const auto named = std::find_if(kLaws.begin(), kLaws.end(),
-                                    [&](const LawRule& rule) { return parameter.name == rule.name; });
-    if (named != kLaws.end() && law == nullptr) {
-      law = &*named;
-    } else if (named != kLaws.end()) {
-      lexer.fail(keyword.place, keyword.shown + " names two laws; keep one");
-    } else if (parameter.name != "N" || keyword.find("OGDEN") == nullptr) {
+    const bool known = parameter.name == "MODULI" ||
+                       (parameter.name == "N" && law != nullptr && law->has_terms) ||
+                       std::any_of(kLaws.begin(), kLaws.end(),
+                                   [&](const LawRule& rule) { return parameter.name == rule.name; });
+    if (known) continue;
+    if (parameter.name == "TESTDATAINPUT") {
       lexer.fail(keyword.place,
-                 keyword.shown + ", " + parameter.shown + " is not supported; write one of " + law_names());
+                 "*HYPERELASTIC, TEST DATA INPUT is not supported; fit the constants of a law first, "
+                 "and write them in the data line");
     }
+    lexer.fail(keyword.place,
+               keyword.shown + ", " + parameter.shown + " is not supported; write one of " + law_names());
   }
   if (law == nullptr) lexer.fail(keyword.place, keyword.shown + " names no law; write one of " + law_names());
+  check_moduli(lexer, keyword);
   DraftMaterial& material = material_without_law(lexer, keyword, draft);
   material.material.law = law->read(lexer, keyword);
   material.has_law = true;
 }
 
 void read_elastic(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
-  lexer.allow_parameters(keyword, {"TYPE"});
+  lexer.allow_parameters(keyword, {"TYPE", "MODULI"});
+  check_moduli(lexer, keyword);
   if (keyword.find("TYPE") != nullptr) {
     const std::string type = normalised_name(lexer.required_value(keyword, "TYPE"));
     if (type != "ISO" && type != "ISOTROPIC")
@@ -227,7 +276,8 @@ void read_elastic(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
 }
 
 void read_solid_section(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
-  lexer.allow_parameters(keyword, {"ELSET", "MATERIAL", "MEANDILATATION"});
+  // All laws are isotropic, so that axes of the material change nothing.
+  allow_parameters(lexer, keyword, draft, {"ELSET", "MATERIAL", "MEANDILATATION"}, {"ORIENTATION"});
   DraftSection section;
   section.element_set = known_set(lexer, draft.element_sets, "element set",
                                   lexer.required_value(keyword, "ELSET"), keyword.place);

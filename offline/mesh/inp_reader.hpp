@@ -8,8 +8,14 @@
 namespace palpate {
 
 // Reads and checks a model. keywords.md lists the supported keywords; any other keyword is refused by name
-// and line. Throws InputError, one line with file, line and remedy. Cost: linear in the file.
+// and line. Throws InputError, a line with file, line and remedy for each refusal. Cost: linear in the file.
 // All files must lie below `include_root`, links resolved; if empty, included files below the model's folder.
-Model read_inp(const std::filesystem::path& file, const std::filesystem::path& include_root = {});
+// Nodes closer than `merge_length` (length unit) are merged (merge_nodes.hpp).
+Model read_inp(const std::filesystem::path& file, const std::filesystem::path& include_root = {},
+               double merge_length = 0);
+
+// Reads nodes, elements and sets of a model, which may lack materials, supports and steps. The mesh is as in the
+// file: elements may be inverted, and nodes without elements remain.
+Model read_inp_mesh(const std::filesystem::path& file, const std::filesystem::path& include_root = {});
 
 }  // namespace palpate

@@ -1,10 +1,13 @@
 #include "offline/mesh/inp_resolve.hpp"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "offline/mesh/inp_resolve_steps.hpp"
+#include "offline/mesh/inp_ties.hpp"
 #include "offline/mesh/input_error.hpp"
+#include "offline/mesh/merge_nodes.hpp"
 #include "offline/mesh/model_check.hpp"
 #include "offline/mesh/nearest_name.hpp"
 #include "offline/mesh/text_number.hpp"
@@ -47,11 +50,23 @@ class Resolver {
     model_.warnings = draft.warnings;
   }
 
-  Model run() {
+  Model run_mesh() {
     resolve_nodes();
     resolve_elements();
+    join_ties(draft_, files_, element_index_, model_);
+    warn_dropped();
+    return std::move(model_);
+  }
+
+  Model run(double merge_length) {
+    resolve_nodes();
+    resolve_elements();
+    join_ties(draft_, files_, element_index_, model_);
+    if (merge_length > 0) merge_nodes(model_, merge_length, origin_);
     resolve_materials();
     resolve_sections();
+    refuse_dropped();
+    warn_dropped();
     resolve_steps(draft_, files_, element_index_, model_);
     form_volume_patches(model_, volume_groups_);
     check_model(model_, origin_);
@@ -93,19 +108,83 @@ class Resolver {
       origin_.elements.push_back(draft.place);
     }
     origin_.files = files_;
+    index_dropped();
     for (const DraftSet& set : draft_.element_sets.all()) {
+      dropped_member_.push_back(-1);
       model_.element_sets[set.name] = members(set, element_index_, "element set ", "element", "*ELEMENT");
     }
   }
 
+  void index_dropped() {
+    dropped_index_ = index_labels(draft_.dropped, files_, "element");
+    for (const DraftDropped& element : draft_.dropped) {
+      const int same = find_label(element_index_, element.label);
+      if (same < 0) continue;
+      fail(element.place, "element " + std::to_string(element.label) + " is already defined at " +
+                              location(files_.at(origin_.elements[static_cast<std::size_t>(same)])) +
+                              "; give one of them another label");
+    }
+  }
+
+  // Refuses elements of lines and surfaces that a section, surface or load refers to.
+  void refuse_dropped() const {
+    for (const DraftSection& section : draft_.sections)
+      refuse_dropped({0, section.element_set}, section.place, "*SOLID SECTION");
+    for (const DraftSurface& surface : draft_.surfaces) {
+      for (const DraftFaces& faces : surface.faces) refuse_dropped(faces.elements, faces.place, "*SURFACE");
+    }
+    for (const DraftStep& step : draft_.steps) {
+      for (const DraftGravity& gravity : step.gravity)
+        refuse_dropped(gravity.elements, gravity.place, "*DLOAD");
+      for (const auto& pressure : step.pressures) {
+        if (pressure.surface < 0) refuse_dropped(pressure.faces.elements, pressure.place, "*DLOAD");
+      }
+    }
+  }
+
+  void refuse_dropped(const DraftTarget& target, Place place, const char* keyword) const {
+    const int found = target.set >= 0 ? dropped_member_[static_cast<std::size_t>(target.set)]
+                                      : find_label(dropped_index_, target.label);
+    if (found < 0) return;
+    const DraftDropped& element = draft_.dropped[static_cast<std::size_t>(found)];
+    fail(place, std::string(keyword) + " refers to element " + std::to_string(element.label) + " of type " +
+                    element.type +
+                    ", which is no tetrahedron; take it out, and mesh the body with tetrahedra");
+  }
+
+  void warn_dropped() {
+    std::map<std::string, int> counts;
+    for (const DraftDropped& element : draft_.dropped) ++counts[element.type];
+    std::string shown;
+    for (const auto& [type, count] : counts)
+      shown += (shown.empty() ? "" : ", ") + std::to_string(count) + " of type " + type;
+    if (shown.empty()) return;
+    if (model_.elements.empty()) {
+      fail(draft_.dropped.front().place, "the model has elements of lines and surfaces alone (" + shown +
+                                             "); mesh its inside with tetrahedra, TYPE=C3D4");
+    }
+    model_.warnings.push_back(model_.file +
+                              ": dropped elements, as they are no solids and no section, surface or load "
+                              "refers to them: " +
+                              shown);
+  }
+
   // Returns the sorted members of a set. Stops at the first undefined label: a huge range needs no memory.
+  // Notes that the last element set has a dropped element.
   std::vector<int> members(const DraftSet& set, const std::vector<std::pair<int, int>>& index,
-                           const char* kind, const char* item, const char* keyword) const {
+                           const char* kind, const char* item, const char* keyword) {
+    const bool of_elements = &index == &element_index_;
     std::vector<int> found;
     for (const LabelRange& range : set.ranges) {
       const std::int64_t last = range.last;
       for (std::int64_t label = range.first; label <= last; label += range.step) {
         const int member = find_label(index, static_cast<int>(label));
+        const int dropped =
+            member < 0 && of_elements ? find_label(dropped_index_, static_cast<int>(label)) : -1;
+        if (dropped >= 0) {
+          dropped_member_.back() = dropped;
+          continue;
+        }
         if (member < 0) {
           fail(range.place, kind + printable(set.name) + " names " + item + " " + std::to_string(label) +
                                 ", which is not defined; define it with " + keyword);
@@ -188,13 +267,19 @@ class Resolver {
   Model model_;
   ModelOrigin origin_;
   std::vector<std::pair<int, int>> element_index_;  // (label, index), sorted
-  std::vector<int> volume_groups_;  // for each element: its section if the section shares volumes, else -1
+  std::vector<std::pair<int, int>> dropped_index_;  // (label, index in Draft::dropped), sorted
+  std::vector<int> dropped_member_;  // for each element set: one of its dropped elements, or -1
+  std::vector<int> volume_groups_;   // for each element: its section if the section shares volumes, else -1
 };
 
 }  // namespace
 
-Model resolve(const Draft& draft, const SourceFiles& files, const std::string& file) {
-  return Resolver(draft, files, file).run();
+Model resolve(const Draft& draft, const SourceFiles& files, const std::string& file, double merge_length) {
+  return Resolver(draft, files, file).run(merge_length);
+}
+
+Model resolve_mesh(const Draft& draft, const SourceFiles& files, const std::string& file) {
+  return Resolver(draft, files, file).run_mesh();
 }
 
 }  // namespace palpate

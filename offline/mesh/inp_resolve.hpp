@@ -7,7 +7,11 @@
 
 namespace palpate {
 
-// `file` names the model file in messages. Throws InputError. Cost: O(n log n) in nodes and elements.
-Model resolve(const Draft& draft, const SourceFiles& files, const std::string& file);
+// `file` names the model file in messages. `merge_length`: as in read_inp(). Throws InputError. Cost:
+// O(n log n) in nodes and elements.
+Model resolve(const Draft& draft, const SourceFiles& files, const std::string& file, double merge_length);
+
+// Returns nodes, elements and sets alone, as read: nothing is checked beyond labels.
+Model resolve_mesh(const Draft& draft, const SourceFiles& files, const std::string& file);
 
 }  // namespace palpate

@@ -167,12 +167,34 @@ class StepResolver {
     for (const auto& [where, load] : given) acting[where] = load;
   }
 
-  void prescribe(const std::vector<DraftDisplacement>& drafts) {
+  // Returns the displacement that *BOUNDARY, FIXED keeps: the value at the start of the step. `before`: the
+  // values of the step before.
+  double kept_value(const std::map<NodeAxis, Scaled<double>>& before, const NodeAxis& where,
+                    Place place) const {
+    if (model_.steps.empty()) return 0;
+    const auto found = before.find(where);
+    if (found == before.end()) {
+      fail(place,
+           fmt::format("*BOUNDARY, FIXED keeps node {} along {} where the step before leaves it, which "
+                       "only the solve finds; write the displacement, without FIXED",
+                       node_label(where.first), "xyz"[where.second]));
+    }
+    const Scaled<double>& held = found->second;
+    if (held.amplitude == kRamp) return held.value;
+    const Step& last = model_.steps.back();
+    return held.value *
+           model_.amplitudes[static_cast<std::size_t>(held.amplitude)].at(last.start_time + last.period);
+  }
+
+  void prescribe(const std::vector<DraftDisplacement>& drafts,
+                 const std::map<NodeAxis, Scaled<double>>& before = {}) {
     std::map<NodeAxis, Scaled<double>> given;
     for (const DraftDisplacement& draft : drafts) {
       for (const int node : nodes(draft.target, draft.place, "*BOUNDARY")) {
         for (int axis = draft.first_axis; axis <= draft.last_axis; ++axis) {
-          add_load(given, {node, axis}, {draft.value, draft.amplitude}, draft.place, "displacements of node",
+          Scaled<double> load = {draft.value, draft.amplitude};
+          if (draft.keeps) load = {kept_value(before, {node, axis}, draft.place), kRamp};
+          add_load(given, {node, axis}, load, draft.place, "displacements of node",
                    [&] { return node_label(node) + " along " + "xyz"[axis]; });
         }
       }
@@ -295,6 +317,10 @@ class StepResolver {
   }
 
   void resolve_step(const DraftStep& draft) {
+    const bool keeps = std::any_of(draft.prescribed.begin(), draft.prescribed.end(),
+                                   [](const DraftDisplacement& given) { return given.keeps; });
+    std::map<NodeAxis, Scaled<double>> before;
+    if (keeps) before = acting_.prescribed;
     if (draft.boundary_op.is_new) acting_.prescribed.clear();
     if (draft.cload_op.is_new) acting_.forces.clear();
     if (draft.dload_op.is_new) {
@@ -305,7 +331,7 @@ class StepResolver {
       acting_.dsload_pressures.clear();
       acting_.tractions.clear();
     }
-    prescribe(draft.prescribed);
+    prescribe(draft.prescribed, before);
     apply_forces(draft.forces);
     apply_gravity(draft.gravity);
     apply_to_faces(draft.pressures, false, "pressures on face", acting_.dload_pressures);

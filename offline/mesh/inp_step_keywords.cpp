@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "offline/mesh/inp_fields.hpp"
+#include "offline/mesh/inp_passed_over.hpp"
 #include "offline/mesh/text_number.hpp"
 
 namespace palpate {
@@ -65,7 +66,13 @@ void read_path_end(const InpLexer& lexer, const DataLine& line, const FieldReade
 
 void read_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   // NAME is Abaqus/CAE's name of the step and has no effect.
-  lexer.allow_parameters(keyword, {"NLGEOM", "INC", "NAME"});
+  allow_parameters(lexer, keyword, draft, {"NLGEOM", "INC", "NAME", "AMPLITUDE"},
+                   {"EXTRAPOLATION", "UNSYMM", "CONVERTSDI", "SOLVER"});
+  const Parameter* amplitude = keyword.find("AMPLITUDE");
+  if (amplitude != nullptr && normalised_name(amplitude->value.value_or("")) != "RAMP")
+    lexer.fail(keyword.place,
+               "*STEP, AMPLITUDE is not supported: loads grow over the step, as with AMPLITUDE=RAMP; name an "
+               "*AMPLITUDE in the loads instead");
   if (draft.in_step()) {
     lexer.fail(keyword.place, "*STEP inside the step of line " +
                                   std::to_string(draft.steps.back().place.line) +
@@ -87,8 +94,8 @@ void read_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   // As in Abaqus, NLGEOM holds for all later steps.
   if (!draft.steps.empty() && draft.steps.front().nlgeom) step.nlgeom = true;
   if (!draft.steps.empty() && step.nlgeom != draft.steps.front().nlgeom) {
-    lexer.fail(keyword.place,
-               "NLGEOM begins in a later step than the first; write it in the first, or in none");
+    lexer.fail_following(keyword.place,
+                         "NLGEOM begins in a later step than the first; write it in the first, or in none");
   }
   if (keyword.find("INC") != nullptr) {
     const std::string increments = lexer.required_value(keyword, "INC");
@@ -108,6 +115,11 @@ void read_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
 void read_static(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
   for (const Parameter& parameter : keyword.parameters) {
     if (parameter.name == "RIKS" && !parameter.value) continue;
+    // Increments of fixed size and the solver of linear equations lead to the same equilibrium.
+    if (parameter.name == "DIRECT" || parameter.name == "SOLVER") {
+      draft.pass_over(parameter.shown + " of *STATIC");
+      continue;
+    }
     lexer.fail(keyword.place,
                "*STATIC, " + parameter.shown + " is not supported; write *STATIC, which steps automatically");
   }
@@ -131,13 +143,13 @@ void read_static(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
 }
 
 void read_end_step(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
-  lexer.allow_parameters(keyword, {});
   DraftStep& step = draft.steps.back();
-  if (!step.has_static) {
-    lexer.fail(keyword.place, "the step of line " + std::to_string(step.place.line) +
-                                  " has no procedure; write *STATIC after *STEP");
-  }
   step.ended = true;
+  lexer.allow_parameters(keyword, {});
+  if (!step.has_static) {
+    lexer.fail_following(keyword.place, "the step of line " + std::to_string(step.place.line) +
+                                            " has no procedure; write *STATIC after *STEP");
+  }
 }
 
 }  // namespace palpate

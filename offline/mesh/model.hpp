@@ -138,6 +138,7 @@ struct Model {
   std::vector<std::string> files;          // `file` first, then its includes
   std::vector<int> labels;                 // node label of each node, in the order of the file
   std::vector<Eigen::Vector3d> positions;  // reference configuration, length unit
+  double merge_length = 0;                 // nodes closer than this are merged (merge_nodes.hpp); 0 = none
   std::vector<Tetrahedron> elements;
   std::vector<Material> materials;
   std::map<std::string, std::vector<int>> node_sets;     // upper-case name -> sorted node indices

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "offline/mesh/element_faces.hpp"
+#include "offline/mesh/geometry_check.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/rigid_motion.hpp"
 #include "offline/mesh/tetrahedron_shape.hpp"
@@ -169,6 +170,14 @@ void check_held(const Model& model, const std::vector<PrescribedDisplacement>& h
                 const SourceLine& where) {
   const std::vector<LoosePart> loose = loose_parts(model, held);
   if (loose.empty()) return;
+  // A part that was meant to be joined to another must not be nailed in space instead.
+  const UnjoinedGeometry found = find_unjoined(model);
+  for (const LoosePart& part : loose) {
+    const std::string contact = part_contact(model, found, part.node);
+    if (contact.empty()) continue;
+    throw InputError(where, fmt::format("the part with node {} can still {}, and {}", label(model, part.node),
+                                        part.motion, contact));
+  }
   throw InputError(where, fmt::format("the part with node {} can still {}; hold more of it with *BOUNDARY",
                                       label(model, loose.front().node), loose.front().motion));
 }

@@ -20,7 +20,8 @@ struct ModelOrigin {
 // Appends warnings: unused nodes, parts attached by a corner or an edge, four-node elements that lock.
 void check_model(Model& model, const ModelOrigin& origin);
 
-// Throws InputError at `where` unless `held` holds every part.
+// Throws InputError at `where` unless `held` holds every part. Where a loose part meets another one without
+// common nodes, the message says so and does not advise to hold more.
 void check_held(const Model& model, const std::vector<PrescribedDisplacement>& held, const SourceLine& where);
 
 // Returns the signed volume (x1 - x0) . ((x2 - x0) x (x3 - x0)) / 6 of an element's corners, length unit^3.

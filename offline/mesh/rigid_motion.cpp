@@ -3,9 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
 
+#include "offline/mesh/disjoint_sets.hpp"
 #include "offline/mesh/element_faces.hpp"
 #include "offline/numerics/decompositions.hpp"
 
@@ -19,16 +19,6 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // most this. Lengths are relative to the radius of the held nodes. Three nodes within a millionth of a line
 // do not stop the rotation about the line; rounding is about 1e-15.
 constexpr double kFreeMotion = 1e-12;
-
-// Returns the root of an item in a forest of disjoint sets, and shortens the path to the root.
-int root_of(std::vector<int>& parent, int item) {
-  while (parent[static_cast<std::size_t>(item)] != item) {
-    int& above = parent[static_cast<std::size_t>(item)];
-    above = parent[static_cast<std::size_t>(above)];
-    item = above;
-  }
-  return item;
-}
 
 // Describes a motion that the rows (rigid_motion.hpp) of Gram matrix `gram` leave free; empty if they leave
 // none.
@@ -72,19 +62,16 @@ std::string free_motion(const Model& model, const std::vector<PrescribedDisplace
 
 // Returns the block of each element (hinged_parts()), numbered from 0.
 std::vector<int> number_blocks(const Model& model) {
-  std::vector<int> parent(model.elements.size());
-  std::iota(parent.begin(), parent.end(), 0);
+  DisjointSets joined(model.elements.size());
   const std::vector<ElementFace> faces = sorted_faces(model);
   for (std::size_t i = 1; i < faces.size(); ++i) {
-    if (faces[i].sorted != faces[i - 1].sorted) continue;
-    parent[static_cast<std::size_t>(root_of(parent, faces[i].element))] =
-        root_of(parent, faces[i - 1].element);
+    if (faces[i].sorted == faces[i - 1].sorted) joined.unite(faces[i].element, faces[i - 1].element);
   }
-  std::vector<int> block_of_root(parent.size(), -1);
-  std::vector<int> block(parent.size());
+  std::vector<int> block_of_root(model.elements.size(), -1);
+  std::vector<int> block(model.elements.size());
   int num_blocks = 0;
   for (std::size_t element = 0; element < block.size(); ++element) {
-    int& number = block_of_root[static_cast<std::size_t>(root_of(parent, static_cast<int>(element)))];
+    int& number = block_of_root[static_cast<std::size_t>(joined.root(static_cast<int>(element)))];
     if (number < 0) number = num_blocks++;
     block[element] = number;
   }
@@ -116,14 +103,12 @@ void append_held(int node, const std::vector<PrescribedDisplacement>& held,
 }  // namespace
 
 std::vector<int> connected_parts(const Model& model) {
-  std::vector<int> parent(model.positions.size());
-  std::iota(parent.begin(), parent.end(), 0);
+  DisjointSets joined(model.positions.size());
   std::vector<char> used(model.positions.size(), 0);
   for (const Tetrahedron& element : model.elements) {
-    const int first = root_of(parent, element.nodes()[0]);
     for (const int node : element.nodes()) {
       used[static_cast<std::size_t>(node)] = 1;
-      parent[static_cast<std::size_t>(root_of(parent, node))] = first;
+      joined.unite(element.nodes()[0], node);
     }
   }
   std::vector<int> part(model.positions.size(), -1);
@@ -131,7 +116,7 @@ std::vector<int> connected_parts(const Model& model) {
   int num_parts = 0;
   for (std::size_t node = 0; node < part.size(); ++node) {
     if (used[node] == 0) continue;
-    int& number = part_of_root[static_cast<std::size_t>(root_of(parent, static_cast<int>(node)))];
+    int& number = part_of_root[static_cast<std::size_t>(joined.root(static_cast<int>(node)))];
     if (number < 0) number = num_parts++;
     part[node] = number;
   }

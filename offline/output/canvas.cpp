@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 
 namespace palpate {
 namespace {

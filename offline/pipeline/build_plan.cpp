@@ -4,13 +4,14 @@
 #include <palpate/palpate.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <stdexcept>
 #include <variant>
 
 #include "offline/mesh/volume_patches.hpp"
 #include "offline/pack/pack_writer.hpp"
+#include "offline/pipeline/build_time.hpp"
+#include "offline/pipeline/organ_size.hpp"
 #include "offline/precompute/organ_tree.hpp"
 #include "offline/precompute/paper_quadratic.hpp"
 
@@ -221,6 +222,7 @@ std::string what_samples_depend_on(const Model& model, const Scene& scene, const
   std::string key = fmt::format("{} {:a} {:a} {} {} {}", program, scene.max_displacement, scene.tip_radius,
                                 static_cast<int>(scene.directions), static_cast<int>(scene.polynomial_method),
                                 plan_sampling(scene, sites, 1).fewest);
+  if (model.merge_length > 0) key += fmt::format(" merge {:a}", model.merge_length);
   for (size_t i = 1; i < inputs.size(); ++i) key += " " + inputs[i].hash;  // the first input is the scene
   if (scene.gravity) {
     for (const double component : *scene.gravity) key += fmt::format(" {:a}", component);
@@ -249,26 +251,10 @@ std::string embedded_names(const Scene& scene, const std::vector<InputFile>& inp
   return names;
 }
 
-void print_plan(const Model& model, const Scene& scene, const ContactSites& sites, const Assembly& assembly,
-                const std::vector<InputFile>& inputs, const SamplingPlan& plan, int processes,
-                bool keeps_samples) {
-  StaticSolver solver(assembly);
-  const auto start = std::chrono::steady_clock::now();
-  const bool factored =
-      solver.factorize_at(LoadCase::rest(model), Eigen::VectorXd::Zero(model.num_dofs()), false);
-  const double factor_seconds =
-      factored ? std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() : 0;
-  const size_t worked = num_worked(plan, sites);
-  const size_t num_sets = surveyed_sets(model, scene, sites, plan).size();
-  const double solves =
-      static_cast<double>(num_sets) +
-      static_cast<double>(worked) *
-          static_cast<double>(samples_of_site(scene, plan) + static_cast<size_t>(plan.survey_samples));
-  constexpr double kFactorsPerSolve = 2.2;  // includes back-solves, assembly and tangents
-  double factors = kFactorsPerSolve * solves;
-  constexpr double kFactorsPerSeries = 5;
-  if (plan.fewest) factors += kFactorsPerSeries * static_cast<double>(worked);
-  const int jobs = std::min(plan.jobs * processes, static_cast<int>(worked));
+void print_plan(const Scene& scene, const ContactSites& sites, const Assembly& assembly,
+                const RestState& rest, const std::vector<InputFile>& inputs, const SamplingPlan& plan,
+                int processes, bool keeps_samples) {
+  const Model& model = assembly.model();
   const PolynomialSize usual = plan.target <= kFineTarget ? PolynomialSize{7, 28} : PolynomialSize{5, 18};
   double bytes =
       estimate_pack_bytes(sites, has_compliance(scene), scene.polynomial ? usual : PolynomialSize(),
@@ -277,24 +263,33 @@ void print_plan(const Model& model, const Scene& scene, const ContactSites& site
     bytes += scene.embed_inputs ? static_cast<double>(input.contents.size()) : 0;
   fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
              model.num_nodes(), model.elements.size(), assembly.num_equations(), sites.mean_surface_edge);
+  if (!scene.kept_apart.empty())
+    fmt::print("bodies     not joined where they meet, as separate_bodies = true says: {}\n",
+               scene.kept_apart);
   fmt::print("embeds     {}\n", embedded_names(scene, inputs));
-  fmt::print("scene      {} sites, {} contact nodes, {} shown nodes, |d| to {:.4g} ({:.2f} h)\n",
-             sites.sites.size(), sites.contact_nodes.size(), sites.packed_nodes.size(),
-             scene.max_displacement, scene.max_displacement / sites.mean_surface_edge);
+  fmt::print("scene      {} sites, {} contact nodes, {} shown nodes; {}\n", sites.sites.size(),
+             sites.contact_nodes.size(), sites.packed_nodes.size(),
+             size_text(scene, model, sites.mean_surface_edge));
   print_compliance(scene, sites);
   print_volumes(model, scene);
-  bytes += print_zones(model, scene, sites);
-  // On small meshes assembly, tangents and fits cost more than the factorisation.
-  constexpr double kSecondsPerElement = 5e-6;
-  const double seconds =
-      std::max(factor_seconds, kSecondsPerElement * static_cast<double>(model.elements.size()));
-  constexpr double kFactorsPerSet = 4;  // close contacts may strain the tissue between them
-  factors += (kFactorsPerSet - kFactorsPerSolve) * static_cast<double>(num_sets);
-  fmt::print("estimate   {:.0f} nonlinear solves or more, about {:.0f} s on {} threads; pack about {:.1f} MB",
-             solves, std::max(1.0, factors * seconds / jobs), jobs, bytes / 1e6);
+  const double zone_bytes = print_zones(model, scene, sites);
+  std::fflush(stdout);  // the user must see the plan before the wait, also in a file
+  const size_t worked = num_worked(plan, sites);
+  const PlannedWork work = {worked,
+                            samples_of_site(scene, plan),
+                            static_cast<size_t>(plan.survey_samples),
+                            surveyed_sets(model, scene, sites, plan).size(),
+                            plan.fewest,
+                            zone_bytes > 0 && plan.survey_samples > 0};
+  const int jobs = std::min(plan.jobs * processes, static_cast<int>(worked));
+  const double seconds = estimate_build_seconds(assembly, scene, sites, rest, plan, work) / jobs;
+  fmt::print("estimate   {} nonlinear solves or more, about {} s on {} threads; pack about {:.1f} MB",
+             work.sets + worked * (work.samples_per_site + work.survey_per_site),
+             seconds < 10 ? fmt::format("{:.1f}", seconds) : fmt::format("{:.0f}", seconds), jobs,
+             (bytes + zone_bytes) / 1e6);
   if (keeps_samples) fmt::print(", samples {:.1f} MB", sample_store_bytes(model, scene, sites, plan) / 1e6);
   fmt::print("\n");
-  std::fflush(stdout);  // the user must see the plan before the wait, also in a file
+  std::fflush(stdout);
 }
 
 }  // namespace palpate

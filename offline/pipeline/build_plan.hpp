@@ -10,6 +10,7 @@
 #include "offline/precompute/contact_sets.hpp"
 #include "offline/precompute/contact_sites.hpp"
 #include "offline/precompute/nonlinear_zone.hpp"
+#include "offline/precompute/rest_state.hpp"
 #include "offline/precompute/scene.hpp"
 #include "offline/precompute/site_survey.hpp"
 
@@ -52,8 +53,8 @@ double sample_store_bytes(const Model& model, const Scene& scene, const ContactS
                           const SamplingPlan& plan);
 
 // Prints organ, scene and estimated time. `processes`: ranks of the build. `keeps_samples`: on disk.
-void print_plan(const Model& model, const Scene& scene, const ContactSites& sites, const Assembly& assembly,
-                const std::vector<InputFile>& inputs, const SamplingPlan& plan, int processes,
-                bool keeps_samples);
+void print_plan(const Scene& scene, const ContactSites& sites, const Assembly& assembly,
+                const RestState& rest, const std::vector<InputFile>& inputs, const SamplingPlan& plan,
+                int processes, bool keeps_samples);
 
 }  // namespace palpate

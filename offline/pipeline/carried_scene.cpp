@@ -2,8 +2,10 @@
 
 #include <stdlib.h>
 
+#include <set>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "offline/pack/input_files.hpp"
 
@@ -32,6 +34,14 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
+// Removes the sites that the build has left out.
+void keep_packed_sites(const OpenedPack& opened, LoadedScene& loaded) {
+  std::set<int> packed;
+  for (size_t site = 0; site < opened.info().num_sites; ++site)
+    packed.insert(loaded.model.find_node(opened.label_of_site(site)));
+  std::erase_if(loaded.scene.sites, [&](int node) { return !packed.contains(node); });
+}
+
 LoadedScene read_from_folder(const OpenedPack& opened) {
   const ScratchFolder folder;
   std::vector<std::filesystem::path> files = {write_inputs(opened.tables(), opened.bytes(), folder.path())};
@@ -44,6 +54,7 @@ LoadedScene read_from_folder(const OpenedPack& opened) {
       if (i >= carried.size() || inputs[i].hash != carried.Get(i)->xxh3_128()->str())
         throw std::runtime_error(files[i].string() + " differs from the input of the pack");
     }
+    keep_packed_sites(opened, loaded);
     return loaded;
   } catch (const std::exception& error) {
     throw std::runtime_error(

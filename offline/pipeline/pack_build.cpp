@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <stdexcept>
 #include <utility>
 
 #include "offline/output/progress_bar.hpp"
@@ -115,6 +116,17 @@ SolveCounts share(Ranks& ranks, size_t count, const std::function<SolveCounts(Ra
   return counts;
 }
 
+// Lists the sites that could not be sampled. Throws std::runtime_error where these are all sites.
+std::vector<LeftOutSite> unsampled_sites(const BuildInputs& from, const std::vector<SiteResult>& results) {
+  std::vector<LeftOutSite> unsampled;
+  for (size_t i = 0; i < results.size(); ++i) {
+    if (results[i].out_of_reach > 0) unsampled.push_back({from.sites.sites[i].node, results[i].out_of_reach});
+  }
+  if (unsampled.size() == results.size())
+    throw std::runtime_error(left_out_text(from.scene, from.assembly.model(), unsampled, 0));
+  return unsampled;
+}
+
 // Samples the sites and solves the contact sets on all ranks. The first rank collects the results from the
 // store, solves the missing samples and sets, and returns true. The other ranks return false.
 bool solve_all(const BuildInputs& from, Ranks* ranks, PackBuild& build) {
@@ -144,10 +156,44 @@ bool solve_all(const BuildInputs& from, Ranks* ranks, PackBuild& build) {
     if (!ranks->is_first()) return false;
   }
   SolveCounts counts = sample([](int done) { return done; }, {});
+  build.left_out = unsampled_sites(from, build.results);
   counts += solve_sets({});
   if (is_shared) counts.reused = counts.not_kept = 0;  // share() has counted the reused and unkept solves
   build.counts += counts;
   return true;
+}
+
+// Leaves out the sites that could not be sampled, and the contact sets that hold them. Their nodes remain
+// contact nodes, as the compliance has them.
+void leave_out_unsampled(const BuildInputs& from, PackBuild& build) {
+  build.sites = from.sites;
+  std::vector<std::optional<size_t>> place(build.results.size());  // in the pack
+  std::vector<ContactSite> sites;
+  std::vector<SiteResult> results;
+  for (size_t i = 0; i < build.results.size(); ++i) {
+    SiteResult& result = build.results[i];
+    if (result.out_of_reach > 0) continue;
+    place[i] = sites.size();
+    for (SurveySample& sample : result.survey) sample.site = sites.size();
+    sites.push_back(from.sites.sites[i]);
+    results.push_back(std::move(result));
+  }
+  build.sites.sites = std::move(sites);
+  build.results = std::move(results);
+  build.sites.left_out.insert(build.sites.left_out.end(), build.left_out.begin(), build.left_out.end());
+  SolvedSets sets;
+  sets.counts = build.sets.counts;
+  const auto is_kept = [&](const LinearContact& contact) { return place[contact.site].has_value(); };
+  for (size_t i = 0; i < build.sets.sets.size(); ++i) {
+    ContactSet& set = build.sets.sets[i];
+    if (!std::ranges::all_of(set.contacts, is_kept)) continue;
+    for (auto* contacts : {&set.contacts, &build.sets.truths[i].contacts}) {
+      for (LinearContact& contact : *contacts) contact.site = *place[contact.site];
+    }
+    sets.sets.push_back(std::move(set));
+    sets.truths.push_back(std::move(build.sets.truths[i]));
+  }
+  build.sets = std::move(sets);
 }
 
 }  // namespace
@@ -162,8 +208,9 @@ std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<Input
   const auto start = std::chrono::steady_clock::now();
   if (!solve_all(from, ranks, *build)) return nullptr;
   build->sampling_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  build->zone = plan_zone(from.assembly.model(), from.scene, from.sites);
-  build->content.emplace(content_of(from.assembly.model(), from.scene, from.sites, from.rest, from.plan,
+  leave_out_unsampled(from, *build);
+  build->zone = plan_zone(from.assembly.model(), from.scene, build->sites);
+  build->content.emplace(content_of(from.assembly.model(), from.scene, build->sites, from.rest, from.plan,
                                     build->compliance, build->results, build->zone, std::move(input_files)));
   build->bytes.emplace(write_surveyed_pack(from.assembly, from.rest, build->results, build->sets,
                                            from.plan.jobs, build->compliance, *build->content));

@@ -19,8 +19,10 @@ struct Compliance {
 
 // A built pack with all intermediate results. Not movable: `content` refers to the other members.
 struct PackBuild {
+  ContactSites sites;  // the sites of the pack
   Compliance compliance;
-  std::vector<SiteResult> results;  // one for each site
+  std::vector<SiteResult> results;    // one for each site
+  std::vector<LeftOutSite> left_out;  // sites that could not be sampled
   SolvedSets sets;
   std::optional<ZoneTables> zone;
   std::optional<PackContent> content;
@@ -44,7 +46,8 @@ struct BuildInputs {
 };
 
 // Builds the pack. `input_files`: files that the pack carries. `ranks`: processes that share the solves;
-// null: one process. Returns null on every rank but the first.
+// null: one process. Leaves out sites that cannot be sampled; throws std::runtime_error where none is left.
+// Returns null on every rank but the first.
 std::unique_ptr<PackBuild> build_pack(const BuildInputs& from, std::vector<InputFile> input_files,
                                       Ranks* ranks = nullptr);
 

@@ -1,9 +1,13 @@
 #include "offline/precompute/contact_sites.hpp"
 
+#include <fmt/core.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+
+#include "offline/precompute/patch_reach.hpp"
 
 namespace palpate {
 namespace {
@@ -29,7 +33,54 @@ Eigen::Matrix3d frame_at(const Model& model, const Surface& surface, int node,
   return Eigen::Matrix3d::Identity();
 }
 
+// Returns ContactSites::triangles. packed_of: the packed node of each node of the model, or -1.
+std::vector<std::array<int, 3>> packed_triangles(const Surface& surface, const std::vector<int>& packed_of) {
+  std::vector<std::array<int, 3>> triangles;
+  for (const std::array<int, 3>& triangle : surface.triangles) {
+    std::array<int, 3> packed;
+    for (size_t corner = 0; corner < 3; ++corner)
+      packed[corner] = packed_of[static_cast<size_t>(triangle[corner])];
+    if (*std::min_element(packed.begin(), packed.end()) >= 0) triangles.push_back(packed);
+  }
+  return triangles;
+}
+
+// Moves the sites whose patch an element stops to ContactSites::left_out. Their nodes remain contact nodes.
+void leave_out_immobile(const Scene& scene, const Model& model, ContactSites& sites) {
+  const double least = kLeastReachPart * scene.max_displacement;
+  const std::vector<double> reaches = patch_reaches(scene, model, sites);
+  std::vector<ContactSite> left;
+  for (size_t i = 0; i < reaches.size(); ++i) {
+    if (reaches[i] < least) {
+      sites.left_out.push_back({sites.sites[i].node, reaches[i]});
+    } else {
+      left.push_back(std::move(sites.sites[i]));
+    }
+  }
+  sites.sites = std::move(left);
+  if (sites.sites.empty() && !sites.left_out.empty())
+    throw std::runtime_error(left_out_text(scene, model, sites.left_out, 0));
+}
+
 }  // namespace
+
+std::string left_out_text(const Scene& scene, const Model& model, const std::vector<LeftOutSite>& left_out,
+                          size_t num_left) {
+  constexpr size_t kShown = 40;
+  std::string names;
+  for (size_t i = 0; i < std::min(kShown, left_out.size()); ++i)
+    names += fmt::format("{}{} ({:.3g})", i > 0 ? ", " : "",
+                         model.labels[static_cast<size_t>(left_out[i].node)], left_out[i].out_of_reach);
+  if (left_out.size() > kShown) names += fmt::format(" and {} more", left_out.size() - kShown);
+  return fmt::format(
+      "{}: {} of {} sites are left out, as their patches cannot move by a quarter of max_displacement = {:g} "
+      "in every direction: nodes, with the |d| out of reach: {}; {} left; reduce max_displacement to keep "
+      "them, or release fixed nodes beside them",
+      scene.file.string(), left_out.size(), left_out.size() + num_left, scene.max_displacement, names,
+      num_left == 0   ? "no site is"
+      : num_left == 1 ? "1 site is"
+                      : fmt::format("{} sites are", num_left));
+}
 
 ContactSites find_contact_sites(const Scene& scene, const Model& model) {
   const Surface surface = extract_surface(model);
@@ -83,12 +134,8 @@ ContactSites find_contact_sites(const Scene& scene, const Model& model) {
     std::sort(site.patch.begin(), site.patch.end());
     for (const int member : site.patch) site.patch_nodes.push_back(result.model_node(member));
   }
-  for (const std::array<int, 3>& triangle : surface.triangles) {
-    std::array<int, 3> packed;
-    for (size_t corner = 0; corner < 3; ++corner)
-      packed[corner] = packed_of[static_cast<size_t>(triangle[corner])];
-    if (*std::min_element(packed.begin(), packed.end()) >= 0) result.triangles.push_back(packed);
-  }
+  result.triangles = packed_triangles(surface, packed_of);
+  leave_out_immobile(scene, model, result);
   return result;
 }
 

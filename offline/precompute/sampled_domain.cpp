@@ -16,8 +16,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kSmallestReach = 0.25;  // fraction of the scene's largest displacement
-constexpr double kRounding = 1e-9;       // relative tolerance of reaches
+constexpr double kRounding = 1e-9;  // relative tolerance of reaches
 // Range of the fraction that a cut keeps: bounds the loss by a wrong estimate, and the number of cuts.
 constexpr double kLeastFraction = 0.7;
 constexpr double kMostFraction = 0.97;
@@ -106,11 +105,12 @@ bool SampledDomain::sample(const Eigen::Vector3d& x) {
   if (is_known) return true;
   TakenSample taken = take(displacement);
   if (taken.failure != PushOutcome::solved) {
-    throw std::runtime_error(
+    throw DomainTooSmall(
         fmt::format("{}: {} for a push of {:.3g} at node {}, though max_displacement is {:.3g}; reduce "
-                    "max_displacement, or raise tip_radius",
+                    "max_displacement",
                     scene_.file.string(), words_for(taken.failure), displacement.norm(), label_,
-                    scene_.max_displacement));
+                    scene_.max_displacement),
+        displacement.norm());
   }
   if (!taken.sample) return false;
   samples_.samples.push_back(*std::move(taken.sample));
@@ -124,10 +124,7 @@ SampledDomain::TakenSample SampledDomain::take(const Eigen::Vector3d& displaceme
   const PushOutcome outcome = sampler_.solve(displacement, sample);
   if (outcome != PushOutcome::solved) {
     const double fraction = part_by_jacobian(sample.min_jacobian, kLeastSampledJacobian);
-    // The domain does not shrink below kSmallestReach: such a failure is an error.
-    const bool is_cut = fraction * displacement.norm() >= kSmallestReach * scene_.max_displacement &&
-                        cut_before(displacement, fraction, outcome);
-    return {{}, is_cut ? PushOutcome::solved : outcome};
+    return {{}, cut_before(displacement, fraction, outcome) ? PushOutcome::solved : outcome};
   }
   if (sample.min_jacobian < least_jacobian_ &&
       cut_before(displacement, part_by_jacobian(sample.min_jacobian, least_jacobian_),
@@ -136,13 +133,13 @@ SampledDomain::TakenSample SampledDomain::take(const Eigen::Vector3d& displaceme
   return {std::move(sample)};
 }
 
-// Cuts the domain at `fraction` of the displacement, but keeps kSmallestReach along all axes. Returns false
+// Cuts the domain at `fraction` of the displacement, but keeps kLeastReachPart along all axes. Returns false
 // and changes nothing where the displacement would stay inside.
 bool SampledDomain::cut_before(const Eigen::Vector3d& displacement, double fraction, PushOutcome outcome) {
   constexpr double kOutside = 1.01;  // a smaller cut is not worth a solve
   if (fraction * (samples_.to_unit * displacement).norm() >= 1) return true;
   const Eigen::Matrix3d before = samples_.to_unit;
-  shorten(displacement, fraction, kSmallestReach * scene_.max_displacement, site_.inward, samples_);
+  shorten(displacement, fraction, kLeastReachPart * scene_.max_displacement, site_.inward, samples_);
   if ((samples_.to_unit * displacement).norm() < kOutside) {
     samples_.to_unit = before;
     return false;

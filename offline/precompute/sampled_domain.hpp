@@ -9,12 +9,25 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "offline/precompute/polynomial_dd.hpp"
 #include "offline/precompute/sampling.hpp"
 #include "offline/precompute/scene.hpp"
 
 namespace palpate {
+
+// Thrown where a push fails that the domain must contain, as its semi-axes are kLeastReachPart or more.
+class DomainTooSmall : public std::runtime_error {
+ public:
+  DomainTooSmall(const std::string& message, double push)
+      : std::runtime_error(message), out_of_reach_(push) {}
+  double out_of_reach() const { return out_of_reach_; }  // |d| of the failed push: length unit
+
+ private:
+  double out_of_reach_;
+};
 
 class SampledDomain {
  public:
@@ -26,8 +39,8 @@ class SampledDomain {
   void sample_rest();
 
   // Takes a sample at x = A d, unless present. Returns false after a cut of the domain before a failed push:
-  // x now belongs to a smaller displacement. Throws std::runtime_error with the node where the cut would
-  // leave less than a quarter of the largest displacement.
+  // x now belongs to a smaller displacement. Throws DomainTooSmall with the node where the push also fails in
+  // the smallest domain, of a quarter of the largest displacement.
   [[nodiscard]] bool sample(const Eigen::Vector3d& x);
 
   // Drops samples with det F below kFollowedJacobian and cuts the domain before the dropped samples, as long

@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "offline/mesh/geometry_check.hpp"
 #include "offline/mesh/inp_reader.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/model_check.hpp"
@@ -225,6 +226,23 @@ std::vector<int> read_output_nodes(const SceneTable& output, const Scene& scene,
   return {nodes.begin(), nodes.end()};
 }
 
+// Refuses a model that is not one body, unless the scene says that its bodies are separate.
+void check_joined(const SceneTable& top, const Model& model, Scene& scene) {
+  const bool is_meant = top.boolean("separate_bodies").value_or(false);
+  const UnjoinedGeometry found = find_unjoined(model);
+  if (found.empty()) return;
+  if (is_meant) {
+    scene.kept_apart = unjoined_counts(found);
+    return;
+  }
+  std::string list;
+  for (const std::string& message : unjoined_messages(model, found)) list += "\n  " + message;
+  top.fail("model",
+           "the model has elements that meet without common nodes, so that nothing passes from one to the "
+           "other; join them, or write separate_bodies = true if they are bodies of their own:" +
+               list);
+}
+
 Model read_model(const SceneTable& top, const std::filesystem::path& include_root, Scene& scene) {
   const std::optional<std::string> name = top.string("model");
   if (!name || name->empty()) top.fail("model", "model is missing; add model = \"organ.inp\"");
@@ -237,7 +255,9 @@ Model read_model(const SceneTable& top, const std::filesystem::path& include_roo
   if (normalised_name(scene.model_file.extension().string()) != ".INP") {
     top.fail("model", "model " + printable(*name) + " is not an .inp file; convert it");
   }
-  Model model = read_inp(scene.model_file, include_root);
+  const double merge_length = top.number_above_zero("merge").value_or(0);
+  Model model = read_inp(scene.model_file, include_root, merge_length);
+  check_joined(top, model, scene);
   if (!model.steps.empty()) {
     const SourceLine& step = model.steps.front().source;
     check_held(model, model.fixed, {model.file, 0});
@@ -271,7 +291,8 @@ LoadedScene read_scene(const std::filesystem::path& file, const std::filesystem:
   LoadedScene loaded;
   Scene& scene = loaded.scene;
   scene.file = file;
-  top.allow({"model", "units", "contact", "output", "accuracy", "budget", "gravity", "models"});
+  top.allow({"model", "merge", "separate_bodies", "units", "contact", "output", "accuracy", "budget",
+             "gravity", "models"});
 
   // Check the scene itself before the model, which may take longer to read.
   read_units(top.table("units"), scene);

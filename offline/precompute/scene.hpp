@@ -32,6 +32,7 @@ struct Scene {
   std::string force_unit;
   double metres_per_length_unit = 1;  // 1 when not stated
   double newtons_per_force_unit = 1;
+  std::string kept_apart;  // counts of unjoined_counts() where separate_bodies = true; "" = none
 
   std::vector<int> sites;       // node indices in the model: touchable, free surface nodes, sorted
   double max_displacement = 0;  // length unit

@@ -166,10 +166,16 @@ SiteResult sample_site(StaticSolver& solver, const Scene& scene, const ContactSi
       domain.sample_rest();
       return fit_to_target(domain, plan, points, samples, result);
     };
-    const SitePolynomial fit = fit_site();
+    try {
+      const SitePolynomial fit = fit_site();
+      result.polynomial = reduce_basis(fit, samples.half, kBasisPart * plan.target, plan.rounded);
+    } catch (const DomainTooSmall& failure) {
+      result.out_of_reach = failure.out_of_reach();
+      result.counts = sampler.counts();
+      return result;
+    }
     result.cut_by = domain.cut_by();
     result.min_jacobian = domain.min_jacobian();
-    result.polynomial = reduce_basis(fit, samples.half, kBasisPart * plan.target, plan.rounded);
   }
   // Sampled sites are few with `fewest`: each then gets a push in each quarter of the range.
   const int survey_samples =

@@ -36,6 +36,7 @@ struct SiteResult {
   double held_out_force_error = 0;           // the same for the force
   PushOutcome cut_by = PushOutcome::solved;  // reason of the last cut of the domain
   double min_jacobian = 1;                   // smallest det F over the domain's samples
+  double out_of_reach = 0;  // above 0: DomainTooSmall ended this site at this |d|; there is no polynomial
   std::vector<SurveySample> survey;
   int unsolved = 0;  // pushes of the survey without an equilibrium
   SolveCounts counts;
@@ -74,7 +75,7 @@ SolveCounts sum_of_counts(const std::vector<SiteResult>& results);
 // the linear parts; else each site solves for its own. `store` (null: none) supplies and keeps solves. `next`
 // returns indices among the sites of the plan, then a larger number; all threads call `next`. Sites of other
 // processes return empty. An empty `next` means all sites, and SamplingPlan::least_survey applies. `progress`
-// gets done and total sites, from one thread at a time. Throws as SampledDomain::sample().
+// gets done and total sites, from one thread at a time. A site with too small a domain ends no other site.
 std::vector<SiteResult> sample_sites(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                                      const LinearDd& linear, const SamplingPlan& plan,
                                      const std::function<void(int, int)>& progress = {},

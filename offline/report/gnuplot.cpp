@@ -9,7 +9,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 
 namespace palpate {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 #include "offline/report/html_text.hpp"
 #include "offline/report/organ_section.hpp"
 

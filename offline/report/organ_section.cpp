@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 #include "offline/report/csv_tables.hpp"
 #include "offline/report/distribution_plots.hpp"
 #include "offline/report/gnuplot.hpp"

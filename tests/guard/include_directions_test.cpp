@@ -34,18 +34,18 @@ Rules rules_of_this_project() {
       {"schemas", {"schemas/"}},
       {"runtime/include", {"palpate/"}},
       {"runtime/kernels", {"runtime/kernels/"}},
-      {"offline/output", {"offline/output/"}},
+      {"offline/output", {"offline/io/", "offline/output/"}},
       {"examples", {"palpate/"}},
   };
   add_floors("runtime/src/",
              {"base", "numerics", "pack", "linear", "polynomial", "elements", "exterior", "zone", "refining",
               "response", "tools", "session"},
              {"palpate/", "runtime/kernels/", "schemas/"}, rules);
-  add_floors("offline/", {"numerics", "material", "mesh", "fem"}, {"runtime/kernels/"}, rules);
+  add_floors("offline/", {"numerics", "material", "mesh", "io", "fem"}, {"runtime/kernels/"}, rules);
   add_floors("offline/", {"precompute", "pack"},
              {"offline/numerics/", "offline/material/", "offline/mesh/", "offline/fem/", "schemas/"}, rules);
   add_floors("offline/", {"pipeline", "study", "report", "cli"},
-             {"offline/numerics/", "offline/material/", "offline/mesh/", "offline/fem/",
+             {"offline/numerics/", "offline/material/", "offline/mesh/", "offline/io/", "offline/fem/",
               "offline/precompute/", "offline/pack/", "offline/output/", "schemas/", "palpate/"},
              rules);
   return rules;

@@ -53,8 +53,9 @@ Organ::Organ(Model model, Scene scene, int survey_samples)
       rest_(find_rest(*assembly_, scene_)) {
   SamplingPlan plan = plan_sampling(scene_, sites_, 1);
   if (survey_samples > 0) plan.survey_samples = survey_samples;
-  bytes_ = std::make_unique<AlignedBytes>(
-      std::move(*build_pack({*assembly_, scene_, sites_, rest_, plan}, {})->bytes));
+  const std::unique_ptr<PackBuild> build = build_pack({*assembly_, scene_, sites_, rest_, plan}, {});
+  sites_ = build->sites;
+  bytes_ = std::make_unique<AlignedBytes>(std::move(*build->bytes));
   opened_ = std::make_unique<OpenedPack>(*bytes_);
 }
 

@@ -10,13 +10,13 @@
 #include <array>
 #include <cmath>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "offline/precompute/ball_polynomials.hpp"
 #include "offline/precompute/hermite_design.hpp"
+#include "offline/precompute/patch_reach.hpp"
 #include "offline/precompute/site_survey.hpp"
 #include "schemas/monomials.hpp"
 #include "tests/support/sampling_site.hpp"
@@ -221,16 +221,24 @@ TEST_F(SamplingLimit, ReachIsThatOfTheShortestAxis) {
   EXPECT_TRUE(is_shortened(0.5999, 0.6));
 }
 
-TEST_F(SamplingLimit, AHopelessOneNamesTheNode) {
+// A push fails that even the smallest domain, of a quarter of max_displacement, contains.
+TEST_F(SamplingLimit, AHopelessOneIsNotSampled) {
   block.scene.max_displacement = 8;
-  try {
-    sample();
-    FAIL() << "a push through sixteen elements was answered";
-  } catch (const std::runtime_error& error) {
-    const std::string label =
-        std::to_string(block.model.labels[static_cast<size_t>(block.scene.sites.front())]);
-    EXPECT_NE(std::string(error.what()).find("node " + label + ","), std::string::npos) << error.what();
-  }
+  const SiteResult result = sample().front();
+  EXPECT_GE(result.out_of_reach, (1 - 1e-9) * 0.25 * 8);
+  EXPECT_LE(result.out_of_reach, 8);
+  EXPECT_EQ(result.polynomial.degree, 0);
+  EXPECT_TRUE(result.survey.empty());
+}
+
+// The next cut of a failed push would go below a quarter of max_displacement: the domain ends at the quarter.
+TEST_F(SamplingLimit, ABallIsCutDownToAQuarter) {
+  const double reach = patch_reaches(block.scene, block.model, block.sites).front();
+  block.scene.max_displacement = 3.2 * reach;
+  const SiteResult result = sample().front();
+  EXPECT_EQ(result.out_of_reach, 0);
+  EXPECT_GE(least_reach(result.polynomial.to_unit), (1 - 1e-9) * 0.8 * reach);
+  EXPECT_LE(least_reach(result.polynomial.to_unit), reach);
 }
 
 }  // namespace sampling_limits_test

@@ -8,8 +8,9 @@ namespace cli_eval_test {
 
 TEST_F(Eval, JsonIsAsTheContractSays) {
   const nlohmann::json json = answer({"--contact", "23=0.001,0,-0.02"});
-  EXPECT_EQ(json.size(), 2u);
+  EXPECT_EQ(json.size(), 3u);
   EXPECT_EQ(json["flags"], nlohmann::json::array());
+  EXPECT_EQ(json["tip_below_edge"], true) << "0.13 beside edges of 0.142";
   ASSERT_EQ(json["contacts"].size(), 1u);
   const nlohmann::json& contact = json["contacts"][0];
   std::vector<std::string> keys;

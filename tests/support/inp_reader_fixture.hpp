@@ -10,6 +10,7 @@
 #include <array>
 #include <limits>
 #include <random>
+#include <sstream>
 
 #include "offline/mesh/element_faces.hpp"
 #include "offline/mesh/input_error.hpp"

@@ -37,7 +37,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "TISSUE does not "
                 "know; write *STEP, NLGEOM"},
         BadStep{"*STEP, NLGEOM, PERTURBATION\n",
-                "organ.inp:18: *STEP, PERTURBATION is not supported; remove it"},
+                "organ.inp:18: *STEP, PERTURBATION is not supported; it asks for a linear answer about the "
+                "state so far; write *STEP without NLGEOM in a file of its own"},
         BadStep{"*STEP, NLGEOM, INC=many\n",
                 "organ.inp:18: INC=many is no number of increments; write 1 or more"},
         BadStep{"*STEP, NLGEOM, INC=0\n", "organ.inp:18: INC=0 is no number of increments; write 1 or more"},
@@ -102,9 +103,28 @@ INSTANTIATE_TEST_SUITE_P(
         BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD\n9, 3, 1\n*END STEP\n",
                 "organ.inp:21: *CLOAD names node 9, which is not defined; define it with *NODE"},
         BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD, FOLLOWER\n4, 3, 1\n",
-                "organ.inp:20: *CLOAD, FOLLOWER is not supported; remove it"},
-        BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD, OP=NEW\n4, 3, 1\n*CLOAD\n4, 2, 1\n",
+                "organ.inp:20: *CLOAD, FOLLOWER is not supported; a force that turns with the body differs "
+                "from one that does not; load its surface with *DSLOAD"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD, OP=NEW\n4, 3, 1\n*CLOAD, OP=MOD\n4, 2, 1\n",
                 "organ.inp:22: an earlier *CLOAD of this step has OP=NEW; write the same in all of them"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD\n4, 3, 1\n*CLOAD, OP=NEW\n4, 2, 1\n",
+                "organ.inp:22: an earlier *CLOAD of this step has OP=MOD; write the same in all of them"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n*END STEP\n*STEP\n*STATIC\n*BOUNDARY, FIXED\n1, 1, 3\n4, 1, 3\n*END "
+                "STEP\n",
+                "organ.inp:25: *BOUNDARY, FIXED keeps node 4 along x where the step before leaves it, which "
+                "only the solve finds; write the displacement, without FIXED"},
+        BadStep{"*STEP, NLGEOM, AMPLITUDE=STEP\n",
+                "organ.inp:18: *STEP, AMPLITUDE is not supported: loads grow over the step, as with "
+                "AMPLITUDE=RAMP; name an *AMPLITUDE in the loads instead"},
+        BadStep{"*RESTART, READ, STEP=2\n",
+                "organ.inp:18: *RESTART, READ goes on from another run; write the model and all its steps in "
+                "this file"},
+        BadStep{"*INITIAL CONDITIONS, TYPE=STRESS\nBODY, 0, 0, 1.5\n",
+                "organ.inp:19: *INITIAL CONDITIONS, TYPE=STRESS with values other than 0 is not supported: "
+                "the body begins at rest, free of stress; bring it into this state by a first *STEP"},
+        BadStep{"*SURFACE, NAME=TOP, TYPE=NODE\nBASE\n*STEP, NLGEOM\n*STATIC\n*DSLOAD\nTOP, P, 1\n",
+                "organ.inp:23: surface TOP has nodes only, which no pressure acts on; define it by faces of "
+                "elements"},
         BadStep{"*STEP, NLGEOM\n*STATIC\n*CLOAD, AMPLITUDE=A\n4, 3, 1\n",
                 "organ.inp:20: amplitude A is not defined above this line; define it with *AMPLITUDE"},
         BadStep{"*STEP, NLGEOM\n*STATIC\n*DLOAD\nBODY, GRAV, 9.81, 0, 0, -1\n*END STEP\n",

@@ -212,6 +212,11 @@ INSTANTIATE_TEST_SUITE_P(
                  "scene.toml: model is missing; add model = \"organ.inp\""},
         BadScene{"model = 3\n[contact]\nsites = \"PROBE\"\nmax_displacement = 1\n",
                  "scene.toml:1: model must be a text in double quotes, not 3; correct it"},
+        BadScene{"model = \"organ.inp\"\nmerge = 0\n[contact]\nsites = \"PROBE\"\nmax_displacement = 1\n",
+                 "scene.toml:2: merge must be a number above 0, not 0; correct it"},
+        BadScene{"model = \"organ.inp\"\nseparate_bodies = 2\n[contact]\nsites = \"PROBE\"\nmax_displacement "
+                 "= 1\n",
+                 "scene.toml:2: separate_bodies must be true or false, not 2; correct it"},
         BadScene{"model = \"orgn.inp\"\n[contact]\nsites = \"PROBE\"\nmax_displacement = 1\n",
                  "scene.toml:1: model orgn.inp is not a file; correct its name"},
         BadScene{"model = \"scene.toml\"\n[contact]\nsites = \"PROBE\"\nmax_displacement = 1\n",

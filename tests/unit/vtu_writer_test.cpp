@@ -1,6 +1,4 @@
 // VTU files for ParaView, read back byte by byte by a reader that knows the format and not the writer.
-#include "offline/output/vtu_writer.hpp"
-
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -13,6 +11,8 @@
 #include <span>
 #include <stdexcept>
 
+#include "offline/io/vtu_format.hpp"
+
 namespace palpate {
 namespace vtu_writer_test {
 
@@ -20,16 +20,17 @@ std::filesystem::path scratch(const std::string& name) {
   return std::filesystem::path(testing::TempDir()) / name;
 }
 
-VtuMesh two_tetrahedra() {
-  VtuMesh mesh;
-  mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.1, 0.2, -1.0 / 3.0}};
-  mesh.cells = {VtuCell::kTetrahedron, VtuCell::kTetrahedron};
-  mesh.connectivity = {0, 1, 2, 3, 0, 2, 1, 4};
-  mesh.point_vectors = {{"displacement", {}}};
-  for (int i = 0; i < 14; ++i) mesh.point_vectors[0].values.push_back(std::sqrt(i) * 1e-3);
-  mesh.point_vectors[0].values.push_back(std::numeric_limits<double>::quiet_NaN());
-  mesh.point_integers = {{"node", {11, 12, 13, 14, 1005}}};
-  mesh.cell_integers = {{"material", {0, 7}}};
+constexpr WriteOptions kBinary = {.is_binary = true};
+
+MeshData two_tetrahedra() {
+  MeshData mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.1, 0.2, -1.0 / 3.0}};
+  mesh.cells = {{CellKind::tetrahedron, 1, 4, {0, 1, 2, 3}, 0},
+                {CellKind::tetrahedron, 2, 4, {0, 2, 1, 4}, 0}};
+  mesh.point_arrays = {{"displacement", 3, {}}, {"node", 1, {11, 12, 13, 14, 1005}}};
+  for (int i = 0; i < 14; ++i) mesh.point_arrays[0].values.push_back(std::sqrt(i) * 1e-3);
+  mesh.point_arrays[0].values.push_back(std::numeric_limits<double>::quiet_NaN());
+  mesh.cell_arrays = {{"material", 1, {0, 7}}};
   return mesh;
 }
 
@@ -70,9 +71,9 @@ struct ReadFile {
 };
 
 TEST(VtuWriter, ReadsBackToTheBit) {
-  const VtuMesh mesh = two_tetrahedra();
+  const MeshData mesh = two_tetrahedra();
   const std::filesystem::path path = scratch("read_back.vtu");
-  write_vtu(mesh, path);
+  write_vtu(mesh, kBinary, path);
   const ReadFile file(path);
   EXPECT_NE(file.xml.find("<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" "
                           "header_type=\"UInt64\">"),
@@ -87,27 +88,27 @@ TEST(VtuWriter, ReadsBackToTheBit) {
   ASSERT_EQ(displacement.size(), 15u);
   EXPECT_TRUE(std::isnan(displacement.back()));
   displacement.pop_back();
-  EXPECT_TRUE(std::ranges::equal(displacement, std::span(mesh.point_vectors[0].values).first(14)));
+  EXPECT_TRUE(std::ranges::equal(displacement, std::span(mesh.point_arrays[0].values).first(14)));
   EXPECT_EQ(file.attribute("node", "type"), "Int32");
-  EXPECT_EQ(file.values<int>("node"), mesh.point_integers[0].values);
-  EXPECT_EQ(file.values<int>("material"), mesh.cell_integers[0].values);
+  EXPECT_EQ(file.values<int>("node"), (std::vector<int>{11, 12, 13, 14, 1005}));
+  EXPECT_EQ(file.values<int>("material"), (std::vector<int>{0, 7}));
 
   std::vector<double> coordinates;
-  for (const Eigen::Vector3d& point : mesh.points)
+  for (const Eigen::Vector3d& point : mesh.positions)
     coordinates.insert(coordinates.end(), point.begin(), point.end());
   EXPECT_EQ(file.values<double>("Points"), coordinates);
-  EXPECT_EQ(file.values<int>("connectivity"), mesh.connectivity);
+  EXPECT_EQ(file.values<int>("connectivity"), (std::vector<int>{0, 1, 2, 3, 0, 2, 1, 4}));
   EXPECT_EQ(file.values<std::int64_t>("offsets"), (std::vector<std::int64_t>{4, 8}));
   EXPECT_EQ(file.values<std::uint8_t>("types"), (std::vector<std::uint8_t>{10, 10}));
   std::filesystem::remove(path);
 }
 
 TEST(VtuWriter, BothKindsOfTetrahedra) {
-  VtuMesh mesh;
-  for (int i = 0; i < 10; ++i) mesh.points.push_back({i * 1.0, i * 0.5, 0});
-  mesh.cells = {VtuCell::kTetrahedron, VtuCell::kQuadraticTetrahedron};
-  mesh.connectivity = {0, 1, 2, 3, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
-  write_vtu(mesh, scratch("kinds.vtu"));
+  MeshData mesh;
+  for (int i = 0; i < 10; ++i) mesh.positions.emplace_back(i * 1.0, i * 0.5, 0);
+  mesh.cells = {{CellKind::tetrahedron, 1, 4, {0, 1, 2, 3}, 0},
+                {CellKind::tetrahedron, 2, 10, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 0}};
+  write_vtu(mesh, kBinary, scratch("kinds.vtu"));
   EXPECT_EQ(ReadFile(scratch("kinds.vtu")).values<std::uint8_t>("types"),
             (std::vector<std::uint8_t>{10, 24}));
   EXPECT_EQ(ReadFile(scratch("kinds.vtu")).values<std::int64_t>("offsets"),
@@ -117,7 +118,7 @@ TEST(VtuWriter, BothKindsOfTetrahedra) {
 
 TEST(VtuWriter, FailureNamesPathAndReasonAndLeavesNothing) {
   try {
-    write_vtu(two_tetrahedra(), "/no/such/folder/result.vtu");
+    write_vtu(two_tetrahedra(), kBinary, "/no/such/folder/result.vtu");
     FAIL();
   } catch (const std::runtime_error& error) {
     EXPECT_EQ(
@@ -130,14 +131,14 @@ TEST(VtuWriter, FailureNamesPathAndReasonAndLeavesNothing) {
   const std::filesystem::path target = linked / "target";
   const std::filesystem::path planted = linked / ("result.vtu.unfinished-" + std::to_string(::getpid()));
   std::filesystem::create_symlink(target, planted);
-  write_vtu(two_tetrahedra(), linked / "result.vtu");
+  write_vtu(two_tetrahedra(), kBinary, linked / "result.vtu");
   EXPECT_FALSE(std::filesystem::exists(target));
   EXPECT_FALSE(std::filesystem::is_symlink(linked / "result.vtu"));
   std::filesystem::remove_all(linked);
   // A folder blocks the file's name: the rename fails and the temporary file must disappear.
   const std::filesystem::path folder = scratch("vtu_writer_folder");
   std::filesystem::create_directories(folder / "result.vtu" / "occupied");
-  EXPECT_THROW(write_vtu(two_tetrahedra(), folder / "result.vtu"), std::runtime_error);
+  EXPECT_THROW(write_vtu(two_tetrahedra(), kBinary, folder / "result.vtu"), std::runtime_error);
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()),
             1);
   std::filesystem::remove_all(folder);

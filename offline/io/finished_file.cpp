@@ -1,4 +1,4 @@
-#include "offline/output/finished_file.hpp"
+#include "offline/io/finished_file.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -1,0 +1,80 @@
+#include "offline/io/mesh_formats.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <stdexcept>
+
+#include "offline/io/gmsh_format.hpp"
+#include "offline/io/inp_format.hpp"
+#include "offline/io/medit_format.hpp"
+#include "offline/io/obj_format.hpp"
+#include "offline/io/ply_format.hpp"
+#include "offline/io/stl_format.hpp"
+#include "offline/io/tetgen_format.hpp"
+#include "offline/io/vtk_format.hpp"
+#include "offline/io/vtu_format.hpp"
+#include "offline/mesh/input_error.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr std::array kFormats = {
+    MeshFormat{"Abaqus", ".inp", read_inp_mesh_file, write_inp_mesh},
+    MeshFormat{"Gmsh", ".msh .msh1 .msh2 .msh4", read_gmsh, write_gmsh},
+    MeshFormat{"Medit", ".mesh", read_medit, write_medit},
+    MeshFormat{"TetGen", ".node .ele", read_tetgen, write_tetgen},
+    MeshFormat{"VTK", ".vtk", read_vtk, write_vtk},
+    MeshFormat{"VTU", ".vtu", read_vtu, write_vtu},
+    MeshFormat{"STL", ".stl", read_stl, write_stl},
+    MeshFormat{"OBJ", ".obj", read_obj, write_obj},
+    MeshFormat{"PLY", ".ply", read_ply, write_ply},
+};
+
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  return text;
+}
+
+const MeshFormat* find_format(const std::filesystem::path& file) {
+  const std::string extension = lower_case(file.extension().string());
+  for (const MeshFormat& format : mesh_formats()) {
+    const std::string all = std::string(format.extensions) + " ";
+    if (!extension.empty() && all.find(extension + " ") != std::string::npos) return &format;
+  }
+  return nullptr;
+}
+
+std::string known_extensions(bool for_writing) {
+  std::string all;
+  for (const MeshFormat& format : mesh_formats()) {
+    if (!for_writing || format.write != nullptr)
+      all += (all.empty() ? "" : " ") + std::string(format.extensions);
+  }
+  return all;
+}
+
+}  // namespace
+
+std::span<const MeshFormat> mesh_formats() {
+  return kFormats;
+}
+
+MeshData read_mesh(const std::filesystem::path& file) {
+  const MeshFormat* format = find_format(file);
+  if (format == nullptr)
+    throw InputError({file.string(), 0},
+                     "has no ending of a mesh format; known are " + known_extensions(false));
+  return format->read(file);
+}
+
+void write_mesh(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file) {
+  const MeshFormat* format = find_format(file);
+  if (format == nullptr || format->write == nullptr)
+    throw std::runtime_error(file.string() + ": no mesh is written with this ending; name one of " +
+                             known_extensions(true));
+  format->write(mesh, options, file);
+}
+
+}  // namespace palpate

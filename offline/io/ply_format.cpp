@@ -1,0 +1,219 @@
+#include "offline/io/ply_format.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "offline/io/file_number.hpp"
+#include "offline/io/finished_file.hpp"
+#include "offline/io/surface_cells.hpp"
+#include "offline/mesh/text_number.hpp"
+
+namespace palpate {
+namespace {
+
+struct PlyProperty {
+  std::string name;
+  NumberType type = NumberType::float32;
+  std::optional<NumberType> count_type;  // of a list
+};
+
+struct PlyElement {
+  std::string name;
+  std::size_t count = 0;
+  std::vector<PlyProperty> properties;
+};
+
+class PlyReader {
+ public:
+  explicit PlyReader(FileCursor& cursor) : cursor_(cursor) { mesh_.file = cursor.file(); }
+
+  MeshData read() {
+    read_head();
+    for (const PlyElement& element : elements_) {
+      check_size(element);
+      if (element.properties.empty()) continue;
+      if (element.name == "vertex") mesh_.positions.reserve(element.count);
+      for (std::size_t i = 0; i < element.count; ++i) read_item(element);
+    }
+    const auto num_points = static_cast<int>(mesh_.positions.size());
+    for (const MeshCell& cell : mesh_.cells) {
+      for (int i = 0; i < 3; ++i) {
+        const int node = cell.nodes[static_cast<std::size_t>(i)];
+        if (node < 0 || node >= num_points)
+          cursor_.fail_at(cell.line,
+                          fmt::format("a face names vertex {}, where vertices are 0 to {}; export the "
+                                      "file again",
+                                      node, num_points - 1));
+      }
+    }
+    if (mesh_.cells.empty()) cursor_.fail_at(0, "has no faces; export a surface");
+    number_from_one(mesh_);
+    return std::move(mesh_);
+  }
+
+ private:
+  void read_head() {
+    if (trimmed(cursor_.next_line("'ply'")) != "ply")
+      cursor_.fail_at(1, "is no PLY file, which starts with a line 'ply'; check its ending");
+    for (;;) {
+      const int line = cursor_.line();
+      const std::string_view keyword = cursor_.next_word("end_header");
+      if (keyword == "end_header") break;
+      if (keyword == "format") {
+        read_coding();
+      } else if (keyword == "element") {
+        const std::string name(cursor_.next_word("the name of an element"));
+        elements_.push_back({name, cursor_.next_count("the number of elements", 0), {}});
+      } else if (keyword == "property") {
+        if (elements_.empty()) cursor_.fail("a property stands before the elements; export the file again");
+        elements_.back().properties.push_back(next_property());
+      } else if (keyword != "comment" && keyword != "obj_info") {
+        cursor_.fail_at(line, "'" + printable(keyword) + "' is no keyword of a PLY file; export it again");
+      }
+      cursor_.next_line("end_header");
+    }
+    if (!coding_) cursor_.fail("the line 'format' is missing; export the file again");
+    if (!cursor_.at_end()) cursor_.next_line("the vertices");
+  }
+
+  void read_coding() {
+    const std::string_view word = cursor_.next_word("a format");
+    if (word == "ascii") {
+      coding_ = NumberCoding::text;
+    } else if (word == "binary_little_endian") {
+      coding_ = NumberCoding::little_endian;
+    } else if (word == "binary_big_endian") {
+      coding_ = NumberCoding::big_endian;
+    } else {
+      cursor_.fail("the format '" + printable(word) + "' is not known; write ascii or binary_little_endian");
+    }
+  }
+
+  PlyProperty next_property() {
+    PlyProperty property;
+    if (cursor_.peek_word() == "list") {
+      cursor_.next_word("list");
+      property.count_type = next_type();
+    }
+    property.type = next_type();
+    property.name = cursor_.next_word("the name of a property");
+    return property;
+  }
+
+  NumberType next_type() {
+    const std::string_view word = cursor_.next_word("a type of numbers");
+    const std::optional<NumberType> type = number_type(word);
+    if (!type) cursor_.fail("'" + printable(word) + "' is no type of numbers; write int, float or double");
+    return *type;
+  }
+
+  // Refuses a count that the rest of the file is too short for. A list takes its count at least.
+  void check_size(const PlyElement& element) const {
+    std::size_t least = 0;
+    for (const PlyProperty& property : element.properties)
+      least += *coding_ == NumberCoding::text ? 2 : num_bytes(property.count_type.value_or(property.type));
+    if (least > 0 && element.count > (cursor_.num_left() + 1) / least)
+      cursor_.fail(fmt::format("the file is too short for its {} elements '{}'; copy or export it again",
+                               element.count, printable(element.name)));
+  }
+
+  void read_item(const PlyElement& element) {
+    const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
+    if (*coding_ == NumberCoding::text) cursor_.skip_blanks();
+    const int line = *coding_ == NumberCoding::text ? cursor_.line() : 0;
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();
+    int num_coordinates = 0;
+    for (const PlyProperty& property : element.properties) {
+      if (property.count_type) {
+        const bool names_nodes = property.name == "vertex_indices" || property.name == "vertex_index";
+        read_list(property, is_face && names_nodes, line);
+        continue;
+      }
+      const double number = next_number(cursor_, property.type, *coding_, "a property");
+      const bool is_coordinate = property.name == "x" || property.name == "y" || property.name == "z";
+      if (!is_vertex || !is_coordinate) continue;
+      if (!std::isfinite(number))
+        cursor_.fail_at(line, fmt::format("vertex {} has a coordinate that is no finite number; correct it",
+                                          mesh_.positions.size()));
+      point[property.name[0] - 'x'] = number;
+      ++num_coordinates;
+    }
+    if (!is_vertex) return;
+    if (num_coordinates != 3) cursor_.fail("vertices have no properties x, y and z; export the file again");
+    mesh_.positions.push_back(point);
+  }
+
+  void read_list(const PlyProperty& property, bool is_face, int line) {
+    const int count = next_index(cursor_, *property.count_type, *coding_, "the size of a list");
+    if (count < 0) cursor_.fail("the size of a list is negative; export the file again");
+    const auto size = static_cast<std::size_t>(count);
+    if (!is_face) {
+      check_room(cursor_, size, property.type, *coding_, "a list");
+      for (std::size_t i = 0; i < size; ++i) next_number(cursor_, property.type, *coding_, "a list");
+      return;
+    }
+    const std::vector<int> nodes = next_indices(cursor_, size, property.type, *coding_, "a face");
+    if (nodes.size() < 3) cursor_.fail_at(line, "a face needs three vertices; remove it");
+    add_polygon(nodes, line, mesh_);
+  }
+
+  FileCursor& cursor_;
+  MeshData mesh_;
+  std::optional<NumberCoding> coding_;
+  std::vector<PlyElement> elements_;
+};
+
+template <typename Number>
+void append_little_endian(std::string& bytes, Number number) {
+  using Bits = std::conditional_t<sizeof(Number) == 8, std::uint64_t, std::uint32_t>;
+  const auto bits = std::bit_cast<Bits>(number);
+  for (std::size_t i = 0; i < sizeof bits; ++i) bytes += static_cast<char>(bits >> (8 * i) & 0xff);
+}
+
+}  // namespace
+
+MeshData read_ply(FileCursor& cursor) {
+  return PlyReader(cursor).read();
+}
+
+MeshData read_ply(const std::filesystem::path& file) {
+  FileCursor cursor(file);
+  return read_ply(cursor);
+}
+
+void write_ply(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file) {
+  const SurfaceTriangles surface = surface_triangles(mesh, file);
+  std::string text = fmt::format(
+      "ply\nformat {} 1.0\ncomment written by Palpate\nelement vertex {}\nproperty double x\nproperty double "
+      "y\n"
+      "property double z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      options.is_binary ? "binary_little_endian" : "ascii", surface.positions.size(),
+      surface.triangles.size());
+  for (const Eigen::Vector3d& point : surface.positions) {
+    if (options.is_binary) {
+      for (const double coordinate : point) append_little_endian(text, coordinate);
+    } else {
+      fmt::format_to(std::back_inserter(text), "{} {} {}\n", point[0], point[1], point[2]);
+    }
+  }
+  for (const std::array<int, 3>& triangle : surface.triangles) {
+    if (options.is_binary) {
+      text += '\3';
+      for (const int node : triangle) append_little_endian(text, std::int32_t{node});
+    } else {
+      fmt::format_to(std::back_inserter(text), "3 {} {} {}\n", triangle[0], triangle[1], triangle[2]);
+    }
+  }
+  write_finished_text(file, text);
+}
+
+}  // namespace palpate

@@ -1,0 +1,230 @@
+#include "offline/io/vtk_mesh.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "offline/io/set_arrays.hpp"
+#include "offline/io/surface_cells.hpp"
+#include "offline/mesh/text_number.hpp"
+
+namespace palpate {
+namespace {
+
+struct VtkCellType {
+  int type;
+  CellKind kind;
+  bool is_linear;  // no nodes but the corners
+};
+
+constexpr int kPixel = 8, kVoxel = 11, kQuadraticTetrahedron = 24, kLagrangeTetrahedron = 71;
+
+// The corners come first in each type. 68 and above: Lagrange and Bezier cells of any order.
+constexpr auto kVtkCellTypes = std::to_array<VtkCellType>({
+    {1, CellKind::point, true},           {3, CellKind::line, true},
+    {5, CellKind::triangle, true},        {kPixel, CellKind::quadrilateral, true},
+    {9, CellKind::quadrilateral, true},   {10, CellKind::tetrahedron, true},
+    {kVoxel, CellKind::hexahedron, true}, {12, CellKind::hexahedron, true},
+    {13, CellKind::wedge, true},          {14, CellKind::pyramid, true},
+    {21, CellKind::line, false},          {22, CellKind::triangle, false},
+    {23, CellKind::quadrilateral, false}, {kQuadraticTetrahedron, CellKind::tetrahedron, false},
+    {25, CellKind::hexahedron, false},    {26, CellKind::wedge, false},
+    {27, CellKind::pyramid, false},       {28, CellKind::quadrilateral, false},
+    {29, CellKind::hexahedron, false},    {30, CellKind::quadrilateral, false},
+    {31, CellKind::wedge, false},         {32, CellKind::wedge, false},
+    {33, CellKind::hexahedron, false},    {34, CellKind::triangle, false},
+    {35, CellKind::line, false},          {37, CellKind::pyramid, false},
+    {68, CellKind::line, false},          {69, CellKind::triangle, false},
+    {70, CellKind::quadrilateral, false}, {kLagrangeTetrahedron, CellKind::tetrahedron, false},
+    {72, CellKind::hexahedron, false},    {73, CellKind::wedge, false},
+    {74, CellKind::pyramid, false},       {75, CellKind::line, false},
+    {76, CellKind::triangle, false},      {77, CellKind::quadrilateral, false},
+    {78, CellKind::tetrahedron, false},   {79, CellKind::hexahedron, false},
+    {80, CellKind::wedge, false},         {81, CellKind::pyramid, false},
+});
+
+}  // namespace
+
+void VtkMesh::begin_piece() {
+  first_point_ = mesh_.positions.size();
+  first_cell_ = mesh_.cells.size();
+  // Pieces before were empty, and so are their arrays.
+  if (first_point_ == 0) mesh_.point_arrays.clear();
+  if (first_cell_ == 0) mesh_.cell_arrays.clear();
+  num_file_cells_ = 0;
+  sources_.clear();
+}
+
+void VtkMesh::add_points(FileCursor& from, std::size_t count, NumberType type, NumberCoding coding,
+                         int line) {
+  constexpr const char* kPoints = "the points";
+  check_room(from, 3 * count, type, coding, kPoints);
+  mesh_.positions.reserve(mesh_.positions.size() + count);
+  for (std::size_t i = 0; i < count; ++i) {
+    Eigen::Vector3d point;
+    for (double& coordinate : point) coordinate = next_number(from, type, coding, kPoints);
+    if (!point.allFinite())
+      cursor_.fail_at(line, fmt::format("point {} has a coordinate that is no finite number; correct it", i));
+    mesh_.positions.push_back(point);
+  }
+}
+
+void VtkMesh::add_cells(const VtkCells& cells, int line) {
+  check_nodes(cells, line);
+  num_file_cells_ = cells.types.size();
+  mesh_.cells.reserve(mesh_.cells.size() + num_file_cells_);
+  std::vector<int> nodes;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < num_file_cells_; ++i) {
+    const auto end = static_cast<std::size_t>(cells.ends[i]);
+    nodes.clear();
+    for (std::size_t at = begin; at < end; ++at)
+      nodes.push_back(static_cast<int>(first_point_) + cells.nodes[at]);
+    begin = end;
+    const std::size_t num_before = mesh_.cells.size();
+    add_cell(cells.types[i], nodes, cells.lines.empty() ? 0 : cells.lines[i]);
+    sources_.insert(sources_.end(), mesh_.cells.size() - num_before, static_cast<int>(i));
+  }
+}
+
+// Comes before the cells, which take more memory than the file.
+void VtkMesh::check_nodes(const VtkCells& cells, int line) const {
+  const auto num_points = static_cast<int>(num_points_of_piece());
+  const auto wrong =
+      std::ranges::find_if(cells.nodes, [&](int node) { return node < 0 || node >= num_points; });
+  if (wrong == cells.nodes.end()) return;
+  const auto place = static_cast<int>(wrong - cells.nodes.begin());
+  const auto cell =
+      static_cast<std::size_t>(std::ranges::upper_bound(cells.ends, place) - cells.ends.begin());
+  cursor_.fail_at(cells.lines.empty() ? line : cells.lines[cell],
+                  fmt::format("cell {} names point {}, where points are 0 to {}; export the file again", cell,
+                              *wrong, num_points - 1));
+}
+
+void VtkMesh::add_cell(int type, std::span<const int> nodes, int line) {
+  if (add_split_cell(type, nodes, line)) return;
+  const auto* known = std::ranges::find(kVtkCellTypes, type, &VtkCellType::type);
+  const bool is_known = known != kVtkCellTypes.end();
+  const std::size_t corners = is_known ? static_cast<std::size_t>(num_corners(known->kind)) : 0;
+  if (!is_known || nodes.size() < corners || (known->is_linear && nodes.size() != corners)) {
+    ++num_left_out_[type];
+    return;
+  }
+  const bool has_middles = type == kQuadraticTetrahedron || type == kLagrangeTetrahedron;
+  if (has_middles && nodes.size() == 10) {
+    add(known->kind, nodes, line);
+    return;
+  }
+  if (nodes.size() > corners) ++num_by_corners_[known->kind];
+  add(known->kind, nodes.first(corners), line);
+  if (type == kPixel || type == kVoxel) {  // these count their nodes along x, then y, then z
+    std::array<int, 10>& order = mesh_.cells.back().nodes;
+    std::swap(order[2], order[3]);
+    if (type == kVoxel) std::swap(order[6], order[7]);
+  }
+}
+
+bool VtkMesh::add_split_cell(int type, std::span<const int> nodes, int line) {
+  switch (type) {
+    case kVtkPolyVertex:
+      for (std::size_t i = 0; i < nodes.size(); ++i) add(CellKind::point, nodes.subspan(i, 1), line);
+      return true;
+    case kVtkPolyLine:
+      for (std::size_t i = 0; i + 1 < nodes.size(); ++i) add(CellKind::line, nodes.subspan(i, 2), line);
+      return true;
+    case kVtkTriangleStrip:
+      for (std::size_t i = 0; i + 2 < nodes.size(); ++i) {
+        add(CellKind::triangle, nodes.subspan(i, 3), line);
+        if (i % 2 == 1) std::swap(mesh_.cells.back().nodes[0], mesh_.cells.back().nodes[1]);
+      }
+      return true;
+    case kVtkPolygon:
+      add_polygon(nodes, line, mesh_);
+      return true;
+    default:
+      return false;
+  }
+}
+
+void VtkMesh::add(CellKind kind, std::span<const int> nodes, int line) {
+  MeshCell cell;
+  cell.kind = kind;
+  cell.num_nodes = static_cast<int>(nodes.size());
+  std::ranges::copy(nodes, cell.nodes.begin());
+  cell.line = line;
+  mesh_.cells.push_back(cell);
+}
+
+void VtkMesh::add_point_array(MeshArray array, int line) {
+  append(std::move(array), mesh_.point_arrays, first_point_, line);
+}
+
+void VtkMesh::add_cell_array(const MeshArray& array, int line) {
+  const auto width = static_cast<std::size_t>(array.num_components);
+  if (array.values.size() != num_file_cells_ * width)
+    cursor_.fail_at(line, fmt::format("array '{}' has {} values for {} cells; export the file again",
+                                      printable(array.name), array.values.size(), num_file_cells_));
+  MeshArray kept = {array.name, array.num_components, {}};
+  kept.values.reserve(sources_.size() * width);
+  for (const int source : sources_) {
+    const auto* begin = array.values.data() + static_cast<std::size_t>(source) * width;
+    kept.values.insert(kept.values.end(), begin, begin + width);
+  }
+  append(std::move(kept), mesh_.cell_arrays, first_cell_, line);
+}
+
+void VtkMesh::append(MeshArray array, std::vector<MeshArray>& arrays, std::size_t num_before, int line) {
+  if (num_before == 0) {
+    arrays.push_back(std::move(array));
+    return;
+  }
+  for (MeshArray& earlier : arrays) {
+    const bool continues =
+        earlier.name == array.name && earlier.num_components == array.num_components &&
+        earlier.values.size() == num_before * static_cast<std::size_t>(array.num_components);
+    if (!continues) continue;
+    earlier.values.insert(earlier.values.end(), array.values.begin(), array.values.end());
+    return;
+  }
+  cursor_.fail_at(line, "array '" + printable(array.name) +
+                            "' is not the same in every piece; merge the pieces before the export");
+}
+
+MeshData VtkMesh::finish(int line) {
+  const auto check = [&](const std::vector<MeshArray>& arrays, std::size_t size) {
+    for (const MeshArray& array : arrays) {
+      if (array.values.size() == size * static_cast<std::size_t>(array.num_components)) continue;
+      cursor_.fail_at(line,
+                      fmt::format("array '{}' has no {} values; export the file again", printable(array.name),
+                                  size * static_cast<std::size_t>(array.num_components)));
+    }
+  };
+  check(mesh_.point_arrays, mesh_.positions.size());
+  check(mesh_.cell_arrays, mesh_.cells.size());
+  number_from_one(mesh_);
+  arrays_to_sets(mesh_);
+  add_notes();
+  return std::move(mesh_);
+}
+
+void VtkMesh::add_notes() {
+  for (const auto& [type, count] : num_left_out_)
+    mesh_.notes.push_back(fmt::format("leaves out {} cells of VTK's cell type {}", count, type));
+  for (const auto& [kind, count] : num_by_corners_)
+    mesh_.notes.push_back(
+        fmt::format("keeps only the corners of {} higher-order {}", count, plural_name(kind)));
+}
+
+int vtk_type(const MeshCell& cell) {
+  if (cell.kind == CellKind::tetrahedron && cell.num_nodes == 10) return kQuadraticTetrahedron;
+  const auto* known = std::ranges::find_if(kVtkCellTypes, [&](const VtkCellType& type) {
+    return type.kind == cell.kind && type.is_linear && type.type != kPixel && type.type != kVoxel;
+  });
+  return known->type;
+}
+
+}  // namespace palpate

@@ -1,0 +1,141 @@
+#include "offline/io/vtu_array.hpp"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "offline/mesh/text_number.hpp"
+
+namespace palpate {
+namespace {
+
+int base64_digit(char letter) {
+  if (letter >= 'A' && letter <= 'Z') return letter - 'A';
+  if (letter >= 'a' && letter <= 'z') return letter - 'a' + 26;
+  if (letter >= '0' && letter <= '9') return letter - '0' + 52;
+  if (letter == '+') return 62;
+  return letter == '/' ? 63 : -1;
+}
+
+// The stored bytes from front to back. Base64 may end its text with '=' and begin anew, as behind a header.
+class StoredBytes {
+ public:
+  StoredBytes(std::string_view stored, bool is_base64, const VtuArrayPlace& place)
+      : stored_(stored), is_base64_(is_base64), place_(place) {}
+
+  std::size_t most_left() const {
+    return decoded_.size() + (is_base64_ ? stored_.size() / 4 * 3 : stored_.size());
+  }
+
+  std::string next(std::size_t count) {
+    if (count > most_left()) place_.fail("ends early; copy or export the file again");
+    std::string bytes = std::move(decoded_);
+    decoded_.clear();
+    bytes.reserve(count + 3);
+    if (!is_base64_) {
+      bytes.append(stored_.substr(0, count));
+      stored_.remove_prefix(count);
+      return bytes;
+    }
+    while (bytes.size() < count) decode_group(bytes);
+    decoded_ = bytes.substr(count);
+    bytes.resize(count);
+    return bytes;
+  }
+
+ private:
+  char next_letter() {
+    std::size_t at = 0;
+    while (at < stored_.size() && static_cast<unsigned char>(stored_[at]) <= ' ') ++at;
+    if (at == stored_.size()) place_.fail("ends early; copy or export the file again");
+    const char letter = stored_[at];
+    stored_.remove_prefix(at + 1);
+    return letter;
+  }
+
+  // Four letters give three bytes; "==" at the end takes two bytes away.
+  void decode_group(std::string& bytes) {
+    std::uint32_t bits = 0;
+    int num_padding = 0;
+    for (int i = 0; i < 4; ++i) {
+      const char letter = next_letter();
+      const int digit = base64_digit(letter);
+      const bool is_padding = letter == '=' && i >= 2;
+      if ((digit < 0 && !is_padding) || (digit >= 0 && num_padding > 0))
+        place_.fail("has a letter that is not base64; copy or export the file again");
+      num_padding += is_padding ? 1 : 0;
+      bits = bits << 6 | static_cast<std::uint32_t>(std::max(digit, 0));
+    }
+    for (int i = 0; i < 3 - num_padding; ++i) bytes += static_cast<char>(bits >> (16 - 8 * i) & 0xff);
+  }
+
+  std::string_view stored_;
+  bool is_base64_;
+  const VtuArrayPlace& place_;
+  std::string decoded_;  // bytes of the last group that nobody has asked for
+};
+
+std::uint64_t next_header(StoredBytes& stored, const VtuCoding& coding) {
+  const std::string bytes = stored.next(coding.header_bytes);
+  std::uint64_t number = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const bool is_big = coding.numbers == NumberCoding::big_endian;
+    number = number << 8 | static_cast<unsigned char>(bytes[is_big ? i : bytes.size() - 1 - i]);
+  }
+  return number;
+}
+
+std::string inflate_blocks(StoredBytes& stored, const VtuCoding& coding, std::size_t num_bytes,
+                           const VtuArrayPlace& place) {
+  const std::uint64_t num_blocks = next_header(stored, coding);
+  const std::uint64_t block_bytes = next_header(stored, coding);
+  const std::uint64_t last_bytes = next_header(stored, coding);
+  const std::uint64_t num_whole = last_bytes == 0 ? num_blocks : num_blocks - 1;
+  const bool fits = num_blocks > 0 && num_blocks <= stored.most_left() / coding.header_bytes &&
+                    last_bytes <= num_bytes && (block_bytes == 0 || num_whole <= num_bytes / block_bytes) &&
+                    num_whole * block_bytes + last_bytes == num_bytes;
+  if (!fits)
+    place.fail(fmt::format("has blocks that do not make up its {} bytes; export the file again", num_bytes));
+  std::vector<std::uint64_t> sizes(num_blocks);
+  for (std::uint64_t& size : sizes) size = next_header(stored, coding);
+  std::string bytes;
+  std::string block;
+  for (std::uint64_t i = 0; i < num_blocks; ++i) {
+    const std::string compressed = stored.next(sizes[i]);
+    block.resize(i < num_whole ? block_bytes : last_bytes);
+    uLongf size = block.size();
+    const int outcome = uncompress(reinterpret_cast<Bytef*>(block.data()), &size,
+                                   reinterpret_cast<const Bytef*>(compressed.data()), compressed.size());
+    if (outcome != Z_OK || size != block.size())
+      place.fail(fmt::format("has a damaged compressed block {}; copy or export the file again", i + 1));
+    bytes += block;
+  }
+  return bytes;
+}
+
+}  // namespace
+
+void VtuArrayPlace::fail(const std::string& message) const {
+  cursor.fail_at(line, "array '" + printable(name) + "' " + message);
+}
+
+std::string decode_vtu_array(std::string_view stored, bool is_base64, const VtuCoding& coding,
+                             std::size_t num_bytes, std::size_t& growth_left, const VtuArrayPlace& place) {
+  if (num_bytes == 0) return {};
+  StoredBytes bytes(stored, is_base64, place);
+  if (coding.is_compressed) {
+    if (num_bytes > growth_left)
+      place.fail("would grow far beyond the size of the file; export the file without compression");
+    growth_left -= num_bytes;
+    return inflate_blocks(bytes, coding, num_bytes, place);
+  }
+  const std::uint64_t size = next_header(bytes, coding);
+  if (size != num_bytes)
+    place.fail(fmt::format("has {} bytes, where its values take {}; export the file again", size, num_bytes));
+  return bytes.next(num_bytes);
+}
+
+}  // namespace palpate
