@@ -79,8 +79,8 @@ class LegacyVtkReader {
     if (!attributes_.read(keyword, num_values_, arrays))
       cursor_.fail_at(line, "'" + printable(keyword) + "' is no keyword of a VTK file; export it again");
     for (MeshArray& array : arrays) {
-      if (of_points_) mesh_.add_point_array(std::move(array), line);
-      if (of_cells_) mesh_.add_cell_array(array, line);
+      if (of_points_) mesh_.add_point_array(array, line);
+      if (of_cells_) mesh_.add_cell_array(std::move(array), line);
     }
   }
 

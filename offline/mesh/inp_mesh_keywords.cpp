@@ -38,6 +38,7 @@ Scope scope_of(const InpLexer& lexer, const KeywordLine& keyword, const Draft& d
   const auto found = offsets.find(scope.instance);
   if (found == offsets.end()) {
     std::vector<std::string> names;
+    names.reserve(offsets.size());
     for (const auto& [name, offset] : offsets) names.push_back(name);
     lexer.fail_unknown(keyword.place, scope.instance,
                        "instance " + printable(scope.instance) + " is not defined above this line" +
