@@ -1,4 +1,4 @@
-// palpate check: what a mesh is, before anything is computed with it.
+// palpate check: the size, parts and element shapes of a mesh.
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <span>
 #include <utility>
 
+#include "offline/mesh/disjoint_sets.hpp"
 #include "offline/mesh/element_faces.hpp"
 #include "offline/mesh/model_check.hpp"
 #include "offline/mesh/surface.hpp"
@@ -53,23 +53,14 @@ void count_angles(const Model& model, OrganCheck& check) {
 
 // Returns the number of parts that faces of neighbours join.
 int count_components(const Model& model) {
-  std::vector<int> part(model.elements.size());
-  std::iota(part.begin(), part.end(), 0);
-  const auto root = [&](int element) {
-    while (part[static_cast<size_t>(element)] != element) {
-      part[static_cast<size_t>(element)] =
-          part[static_cast<size_t>(part[static_cast<size_t>(element)])];  // halves the path
-      element = part[static_cast<size_t>(element)];
-    }
-    return element;
-  };
+  DisjointSets parts(model.elements.size());
   const std::vector<ElementFace> faces = sorted_faces(model);
   for (size_t i = 1; i < faces.size(); ++i) {
-    if (faces[i].sorted == faces[i - 1].sorted)
-      part[static_cast<size_t>(root(faces[i].element))] = root(faces[i - 1].element);
+    if (faces[i].sorted == faces[i - 1].sorted) parts.unite(faces[i].element, faces[i - 1].element);
   }
   int count = 0;
-  for (size_t i = 0; i < part.size(); ++i) count += part[i] == static_cast<int>(i) ? 1 : 0;
+  for (int element = 0; element < static_cast<int>(model.elements.size()); ++element)
+    count += parts.root(element) == element ? 1 : 0;
   return count;
 }
 

@@ -1,4 +1,4 @@
-// The arrays of legacy VTK files: SCALARS, VECTORS, FIELD and the rest, with what stands between them.
+// Reads the arrays of legacy VTK files: SCALARS, VECTORS, FIELD and the like.
 #pragma once
 
 #include <cstddef>

@@ -20,7 +20,7 @@ double FlatTriangle::inside_edge(const Eigen::Vector3d& point, std::size_t corne
   return normal.dot(edge.cross(point - from)) / edge.norm();
 }
 
-// Sutherland and Hodgman 1974: each edge of `other` cuts away what lies outside.
+// Sutherland and Hodgman 1974: each edge of `other` cuts away the area outside of it.
 double common_area(const FlatTriangle& one, const FlatTriangle& other) {
   constexpr std::size_t kMostCorners = 3 + 3;  // a cut adds at most one corner to a convex polygon
   std::array<Eigen::Vector3d, kMostCorners> polygon;

@@ -1,4 +1,4 @@
-// Says what find_unjoined() found.
+// Formats the messages for the faults that find_unjoined() found.
 #include <fmt/format.h>
 
 #include <cmath>

@@ -106,7 +106,7 @@ bool read_dofs(const FieldReader& fields, Draft& draft, DraftDisplacement& displ
   return true;
 }
 
-// TYPE=DISPLACEMENT is what *BOUNDARY means without it.
+// *BOUNDARY means TYPE=DISPLACEMENT by default.
 void check_boundary_type(const InpLexer& lexer, const KeywordLine& keyword) {
   const Parameter* type = keyword.find("TYPE");
   if (type == nullptr || normalised_name(type->value.value_or("")) == "DISPLACEMENT") return;

@@ -69,7 +69,7 @@ void close_level(const InpLexer& lexer, const KeywordLine& keyword, DraftAssembl
                   assembly.keyword, assembly.place.line, assembly.keyword.substr(1)));
 }
 
-// Counts what an instance copies; a long name counts as several items.
+// Counts the items that an instance copies; a long name counts as several items.
 std::size_t num_items(const DraftMesh& mesh) {
   const auto size = [](const std::string& name) { return 1 + name.size() / 64; };
   std::size_t items = mesh.nodes.size() + mesh.elements.size() + mesh.dropped.size();
