@@ -31,14 +31,26 @@ OrganSpec column(double length, double most, int sites) {
   return spec;
 }
 
-// A column compressed end on: it shortens straight, then buckles to one side.
+// A column compressed end on: it shortens straight, then buckles to one side. Each side is an equilibrium, so
+// an answer is compared with the nearest of the full solves that come straight or from a side.
 std::vector<Answer> compressed_column(double length, double part, const Bar& bar) {
   const double most = part * length;
   const Organ& organ =
       shared_organ(fmt::format("column {} {}", length, part), [&] { return column(length, most, 1); });
-  return worst_of(
-      {ask_all(organ, {push(0, {0, 0, -most})}), ask_all(organ, {push(0, {0.3 * most, 0, -0.9 * most})})},
-      bar);
+  std::vector<std::vector<Answer>> sets;
+  for (const pal_contact& goal : {push(0, {0, 0, -most}), push(0, {0.3 * most, 0, -0.9 * most})}) {
+    std::vector<Answer> nearest = ask_all(organ, {goal});
+    for (const Eigen::Vector3d& side : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(-1, 0, 0),
+                                        Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, -1, 0)}) {
+      const Eigen::Vector3d aside = Eigen::Vector3d(goal.displacement) / 2 + most * side;
+      const std::vector<Answer> answers = ask_all(organ, {goal}, {push(0, aside)});
+      for (size_t i = 0; i < nearest.size(); ++i) {
+        if (answers[i].displacement_error < nearest[i].displacement_error) nearest[i] = answers[i];
+      }
+    }
+    sets.push_back(nearest);
+  }
+  return worst_of(sets, bar);
 }
 
 // The same place reached straight and around: a zone's state must not depend on the path.

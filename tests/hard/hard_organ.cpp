@@ -70,33 +70,42 @@ std::uint32_t Organ::site_near(const Eigen::Vector3d& place) const {
 }
 
 Truth Organ::solve(const std::vector<pal_contact>& contacts, int increments,
-                   const std::vector<int>& fixed_nodes) const {
+                   const std::vector<int>& fixed_nodes, const std::vector<pal_contact>& way) const {
   std::vector<int> holders(model_.positions.size(), 0);
   for (const pal_contact& contact : contacts) {
     for (const int node : sites_.sites[contact.site].patch_nodes) ++holders[static_cast<size_t>(node)];
   }
-  LoadCase load = rest_.load_case(model_);
-  const LoadCase at_rest = load;
-  for (const pal_contact& contact : contacts) {
-    for (const int node : sites_.sites[contact.site].patch_nodes) {
-      for (int axis = 0; axis < 3; ++axis) {
-        load.held[static_cast<size_t>(3 * node + axis)] = 1;
-        load.displacement[3 * node + axis] += contact.displacement[axis] / holders[static_cast<size_t>(node)];
+  const auto load_of = [&](const std::vector<pal_contact>& pushes) {
+    LoadCase load = rest_.load_case(model_);
+    for (const pal_contact& contact : pushes) {
+      for (const int node : sites_.sites[contact.site].patch_nodes) {
+        for (int axis = 0; axis < 3; ++axis) {
+          load.held[static_cast<size_t>(3 * node + axis)] = 1;
+          load.displacement[3 * node + axis] +=
+              contact.displacement[axis] / holders[static_cast<size_t>(node)];
+        }
       }
     }
-  }
-  for (const int node : fixed_nodes) {
-    for (int axis = 0; axis < 3; ++axis) load.held[static_cast<size_t>(3 * node + axis)] = 1;
-    load.displacement.segment<3>(3 * node).setZero();
-  }
+    for (const int node : fixed_nodes) {
+      for (int axis = 0; axis < 3; ++axis) load.held[static_cast<size_t>(3 * node + axis)] = 1;
+      load.displacement.segment<3>(3 * node).setZero();
+    }
+    return load;
+  };
   StaticSolver solver(*assembly_);
   SolverSettings settings;
   settings.largest_increment = settings.first_increment = 1.0 / increments;
   settings.max_increments = 1000;
   Eigen::VectorXd u = rest_.displacement_of(model_);
   Truth truth;
-  truth.solved = solver.ramp(at_rest, load, u, settings).converged;
-  if (!truth.solved) return truth;
+  LoadCase from = rest_.load_case(model_);
+  for (const std::vector<pal_contact>& goal : {way, contacts}) {
+    if (goal.empty()) continue;
+    const LoadCase to = load_of(goal);
+    truth.solved = solver.ramp(from, to, u, settings).converged;
+    if (!truth.solved) return truth;
+    from = to;
+  }
   Eigen::VectorXd internal;
   assembly_->internal_force(u, internal);
   truth.field = packed_rows(sites_, u);
@@ -180,8 +189,9 @@ std::string asked_of(pal_model model) {
   return model == PAL_MODEL_AUTO ? "auto" : model_name(model);
 }
 
-std::vector<Answer> ask_all(const Organ& organ, const std::vector<pal_contact>& contacts) {
-  const Truth truth = organ.solve(contacts);
+std::vector<Answer> ask_all(const Organ& organ, const std::vector<pal_contact>& contacts,
+                            const std::vector<pal_contact>& way) {
+  const Truth truth = organ.solve(contacts, 8, {}, way);
   std::vector<pal_model> models = {PAL_MODEL_AUTO, PAL_MODEL_LINEAR};
   if (contacts.size() <= 1) {
     models = models_for_one(organ);

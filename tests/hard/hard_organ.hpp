@@ -50,10 +50,11 @@ class Organ {
   // The site nearest to a place.
   std::uint32_t site_near(const Eigen::Vector3d& place) const;
 
-  // Patches move from rest in one ramp of at least so many increments. A node of several patches takes the
-  // mean motion, and each patch bears its part of the node's force.
+  // Patches move from rest in one ramp of at least so many increments, or in two: along `way`, contacts at the
+  // same sites, then to the goal. A node of several patches takes the mean motion, and each patch bears its
+  // part of the node's force.
   Truth solve(const std::vector<pal_contact>& contacts, int increments = 8,
-              const std::vector<int>& fixed_nodes = {}) const;
+              const std::vector<int>& fixed_nodes = {}, const std::vector<pal_contact>& way = {}) const;
 
   // A runtime answer compared with the reference.
   Answer ask(pal_model model, const std::vector<pal_contact>& contacts, const Truth& truth) const;
@@ -79,8 +80,9 @@ pal_contact push(std::uint32_t site, const Eigen::Vector3d& displacement);
 std::vector<pal_model> models_for_one(const Organ& organ);
 std::string asked_of(pal_model model);  // "auto", "linear", ...
 
-// These contacts on every model that may answer them, the default first.
-std::vector<Answer> ask_all(const Organ& organ, const std::vector<pal_contact>& contacts);
+// These contacts on every model that may answer them, the default first. `way`: of the full solve.
+std::vector<Answer> ask_all(const Organ& organ, const std::vector<pal_contact>& contacts,
+                            const std::vector<pal_contact>& way = {});
 
 // The worst answer of each model over several contact sets: by verdict, then by error over bar.
 std::vector<Answer> worst_of(const std::vector<std::vector<Answer>>& sets, const Bar& bar);
