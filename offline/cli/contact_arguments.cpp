@@ -99,12 +99,6 @@ bool take_push(ArgumentReader& reader, pal_contact& contact) {
   return reader.is_at_end();
 }
 
-Eigen::Vector3d position_of_site(const OpenedPack& opened, std::uint32_t site) {
-  std::uint32_t node = 0;
-  require_ok(pal_pack_get_site_node(opened.pack().get(), site, &node), "site");
-  return Eigen::Vector3d(opened.pack().geometry().rest_positions + size_t{3} * node);
-}
-
 // Adds the contact of --contact, "7=0,0,-5", in model units.
 void add_site_contact(const OpenedPack& opened, const std::string& text, ContactAnswer& answer) {
   int label = 0;
@@ -165,6 +159,12 @@ void add_point_contact(const OpenedPack& opened, const std::string& text, Contac
 }
 
 }  // namespace
+
+Eigen::Vector3d position_of_site(const OpenedPack& opened, std::uint32_t site) {
+  std::uint32_t node = 0;
+  require_ok(pal_pack_get_site_node(opened.pack().get(), site, &node), "site");
+  return Eigen::Vector3d(opened.pack().geometry().rest_positions + size_t{3} * node);
+}
 
 int TouchedPlace::label() const {
   return std::max_element(corners.begin(), corners.end(),

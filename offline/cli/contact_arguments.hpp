@@ -28,6 +28,9 @@ struct ContactArguments {
 // Adds --contact, --at, --turn, --fix, --gravity, --inclusion, --model and --rings.
 void add_contact_options(CLI::App& command, ContactArguments& arguments);
 
+// Returns the node of a site at rest, length unit.
+Eigen::Vector3d position_of_site(const OpenedPack& opened, std::uint32_t site);
+
 // The place of a contact on the surface.
 struct TouchedPlace {
   std::string name;  // the label of a site, or "x,y,z"

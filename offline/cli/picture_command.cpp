@@ -21,9 +21,23 @@ struct PictureArguments {
   bool json = false;
 };
 
-int run_picture(const PictureArguments& arguments) {
+// Returns the contact that is drawn where none is given: the highest site pushed straight down, as far as the
+// scene goes.
+std::string push_from_above(const OpenedPack& opened) {
+  const pal_pack_info info = opened.info();
+  std::uint32_t highest = 0;
+  for (std::uint32_t site = 1; site < info.num_sites; ++site) {
+    if (position_of_site(opened, site).z() > position_of_site(opened, highest).z()) highest = site;
+  }
+  return fmt::format("{}=0,0,{:.9g}", opened.label_of_site(highest),
+                     -opened.tables().sites()->max_displacement());
+}
+
+int run_picture(PictureArguments arguments) {
   check_keeps_inputs(arguments.output, {arguments.pack});
   const OpenedPack opened(arguments.pack);
+  if (arguments.contacts.contacts.empty() && arguments.contacts.points.empty())
+    arguments.contacts.contacts.push_back(push_from_above(opened));
   const ContactAnswer answer = answer_contacts(opened, arguments.contacts);
   const pal_geometry geometry = opened.pack().geometry();
   PictureInput input;
@@ -65,7 +79,9 @@ void add_picture_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<PictureArguments>();
   CLI::App* command =
       app.add_subcommand("picture", "Draw the organ before and after a push, as the runtime answers it");
-  command->footer("Example: palpate picture brain.pack --contact 812=0,0,-8 -o push.png");
+  command->footer(
+      "Without a contact, the highest site is pushed straight down, as far as the scene goes.\n\n"
+      "Example: palpate picture brain.pack --contact 812=0,0,-8 -o push.png");
   command->add_option("PACK", arguments->pack, "Pack made by `palpate build`")->type_name("")->required();
   add_contact_options(*command, arguments->contacts);
   command->add_option("--title", arguments->title, "Line above the picture")->type_name("TEXT");
