@@ -17,8 +17,7 @@
 
 namespace palpate {
 
-// Throw InputError.
-MeshData read_gmsh(const std::filesystem::path& file);
+// Throws InputError.
 MeshData read_gmsh(FileCursor& in);
 
 // The ending of the name picks the format, as in Gmsh: .msh1, .msh2 (2.2), .msh4 (4.1); .msh is 4.1. Format 1

@@ -13,7 +13,7 @@ namespace palpate {
 
 class GmshReader {
  public:
-  explicit GmshReader(FileCursor& in) : in_(in), numbers_(in), draft_(in) {}
+  GmshReader(Pass pass, FileCursor& in) : in_(in), numbers_(in), draft_(pass, in) {}
   MeshData read();
 
  private:
@@ -46,8 +46,5 @@ class GmshReader {
   // (dimension, number) of an elementary entity -> its physical groups
   std::map<std::pair<int, int>, std::vector<int>> groups_of_entity_;
 };
-
-// Removes blanks and the quotation marks of a name.
-std::string unquoted(std::string_view text);
 
 }  // namespace palpate

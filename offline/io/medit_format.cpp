@@ -50,8 +50,10 @@ bool begins_with_letter(std::string_view word) {
 
 class MeditReader {
  public:
-  explicit MeditReader(FileCursor& in) : in_(in) {
-    in_.set_comment('#', [this](std::string_view comment) { sets_.read_comment(comment); });
+  MeditReader(Pass pass, FileCursor& in) : in_(in), keeps_(pass == Pass::build) {
+    in_.set_comment('#', [this](std::string_view comment) {
+      if (keeps_) sets_.read_comment(comment);
+    });
   }
   MeditReader(const MeditReader&) = delete;
   MeditReader& operator=(const MeditReader&) = delete;
@@ -66,7 +68,8 @@ class MeditReader {
       if (keyword == "End") break;
       read_section(keyword, line);
     }
-    if (mesh_.positions.empty()) in_.fail("has no Vertices; export the file again");
+    if (num_points_ == 0) in_.fail("has no Vertices; export the file again");
+    number_from_one(mesh_);
     sort_middles(mesh_);
     sets_.fill(mesh_);
     return std::move(mesh_);
@@ -101,15 +104,15 @@ class MeditReader {
   }
 
   void read_vertices() {
-    if (!mesh_.positions.empty()) in_.fail("second Vertices begin; keep one mesh in the file");
+    if (num_points_ > 0) in_.fail("second Vertices begin; keep one mesh in the file");
     const std::size_t count = in_.next_count("the number of vertices", 8);
-    mesh_.positions.reserve(count);
-    for (std::size_t i = 0; i < count; ++i) {
+    for (; num_points_ < static_cast<int>(count); ++num_points_) {
       Eigen::Vector3d position;
-      for (int axis = 0; axis < 3; ++axis) position[axis] = in_.next_number("a coordinate");
-      sets_.add_node(in_.next_integer("the reference of a vertex"), static_cast<int>(i));
+      for (double& coordinate : position) coordinate = in_.next_number("a coordinate");
+      const int reference = in_.next_integer("the reference of a vertex");
+      if (!keeps_) continue;
+      sets_.add_node(reference, num_points_);
       mesh_.positions.push_back(position);
-      mesh_.node_labels.push_back(static_cast<int>(i) + 1);
     }
   }
 
@@ -119,15 +122,14 @@ class MeditReader {
     const bool is_volume = num_corners(section.kind) > 4 || section.kind == tetrahedron;
     const int num_kept = section.kind == tetrahedron ? section.num_nodes : num_corners(section.kind);
     std::vector<int> nodes(num_nodes);
-    mesh_.cells.reserve(mesh_.cells.size() + count);
     for (std::size_t i = 0; i < count; ++i) {
       MeshCell cell = {.kind = section.kind, .num_nodes = num_kept};
       for (int& node : nodes) node = next_node();
       cell.line = in_.line();
       std::copy_n(nodes.begin(), num_kept, cell.nodes.begin());
       const int reference = in_.next_integer("the reference of a cell");
+      if (!keeps_) continue;
       const int index = static_cast<int>(mesh_.cells.size());
-      cell.label = index + 1;
       mesh_.cells.push_back(cell);
       if (is_volume) {
         sets_.add_cell(reference, index);
@@ -141,9 +143,11 @@ class MeditReader {
 
   int next_node() {
     const int number = in_.next_integer("a vertex of a cell");
-    if (number < 1 || static_cast<std::size_t>(number) > mesh_.positions.size())
-      in_.fail("a cell names vertex " + std::to_string(number) + ", but the vertices before it are 1 to " +
-               std::to_string(mesh_.positions.size()) + "; correct it, or export the file again");
+    if (number < 1 || number > num_points_)
+      in_.fail(
+          fmt::format("a cell names vertex {}, but the vertices before it are 1 to {}; correct it, or "
+                      "export the file again",
+                      number, num_points_));
     return number - 1;
   }
 
@@ -157,7 +161,9 @@ class MeditReader {
   }
 
   FileCursor& in_;
+  const bool keeps_;
   MeshData mesh_;
+  int num_points_ = 0;
   ReferenceSets sets_{"REF_", "REF_"};
 };
 
@@ -212,12 +218,7 @@ class MeditWriter {
 }  // namespace
 
 MeshData read_medit(FileCursor& in) {
-  return MeditReader(in).read();
-}
-
-MeshData read_medit(const std::filesystem::path& file) {
-  FileCursor in(file);
-  return read_medit(in);
+  return read_twice<MeditReader>(in);
 }
 
 void write_medit(const MeshData& mesh, const WriteOptions&, const std::filesystem::path& file) {

@@ -16,8 +16,7 @@
 
 namespace palpate {
 
-// Throw InputError.
-MeshData read_medit(const std::filesystem::path& file);
+// Throws InputError.
 MeshData read_medit(FileCursor& in);
 
 // Comments tell the names of sets to read_medit(). The format has no labels and no arrays, and groups cells

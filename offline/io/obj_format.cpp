@@ -25,7 +25,9 @@ std::string_view cut_word(std::string_view& text) {
 
 class ObjReader {
  public:
-  explicit ObjReader(FileCursor& cursor) : cursor_(cursor) { mesh_.file = cursor.file(); }
+  ObjReader(Pass pass, FileCursor& cursor) : cursor_(cursor), keeps_(pass == Pass::build) {
+    mesh_.file = cursor.file();
+  }
 
   MeshData read() {
     while (!cursor_.at_end()) {
@@ -35,7 +37,7 @@ class ObjReader {
       if (keyword == "v") read_vertex(text);
       if (keyword == "f") read_face(text);
     }
-    if (mesh_.cells.empty()) cursor_.fail_at(0, "has no faces; export a surface, or check the file's ending");
+    if (!has_faces_) cursor_.fail_at(0, "has no faces; export a surface, or check the file's ending");
     number_from_one(mesh_);
     return std::move(mesh_);
   }
@@ -47,42 +49,44 @@ class ObjReader {
     for (double& coordinate : point) {
       const std::string_view word = cut_word(text);
       const std::optional<double> number = parse_number(word);
-      if (!number)
-        cursor_.fail_at(line_,
-                        "'" + printable(word) + "' is no number, where a coordinate should be; correct it");
+      if (word.empty()) cursor_.fail_at(line_, "the line ends where a coordinate should be; add it");
+      if (!number) FileCursor(cursor_, line_, word).fail_number(word, false, "a coordinate");
       coordinate = *number;
     }
-    mesh_.positions.push_back(point);
+    ++num_points_;
+    if (keeps_) mesh_.positions.push_back(point);
   }
 
   void read_face(std::string_view text) {
     std::vector<int> nodes;
+    int num_nodes = 0;
     for (std::string_view word = cut_word(text); !word.empty(); word = cut_word(text)) {
       const std::optional<int> index = parse_integer(word.substr(0, word.find('/')));
-      const auto num_points = static_cast<int>(mesh_.positions.size());
-      if (!index || *index == 0 || *index > num_points || *index < -num_points)
-        cursor_.fail_at(line_, fmt::format("'{}' is none of the {} vertices above; export the file again",
-                                           printable(word), num_points));
-      nodes.push_back(*index > 0 ? *index - 1 : num_points + *index);
+      if (!index || *index == 0 || *index > num_points_ || *index < -num_points_)
+        cursor_.fail_at(line_,
+                        fmt::format("'{}' is none of the {} vertices above, which count from 1; export "
+                                    "the file again",
+                                    printable(word), num_points_));
+      ++num_nodes;
+      if (keeps_) nodes.push_back(*index > 0 ? *index - 1 : num_points_ + *index);
     }
-    if (nodes.size() < 3) cursor_.fail_at(line_, "a face needs three vertices; remove it");
-    add_polygon(nodes, line_, mesh_);
+    if (num_nodes < 3) cursor_.fail_at(line_, "a face needs three vertices; remove it");
+    has_faces_ = true;
+    if (keeps_) add_polygon(nodes, line_, mesh_);
   }
 
   FileCursor& cursor_;
+  const bool keeps_;
   MeshData mesh_;
+  int num_points_ = 0;
+  bool has_faces_ = false;
   int line_ = 0;
 };
 
 }  // namespace
 
 MeshData read_obj(FileCursor& cursor) {
-  return ObjReader(cursor).read();
-}
-
-MeshData read_obj(const std::filesystem::path& file) {
-  FileCursor cursor(file);
-  return read_obj(cursor);
+  return read_twice<ObjReader>(cursor);
 }
 
 void write_obj(const MeshData& mesh, const WriteOptions& /*options*/, const std::filesystem::path& file) {

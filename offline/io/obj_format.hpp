@@ -9,7 +9,6 @@
 
 namespace palpate {
 
-MeshData read_obj(const std::filesystem::path& file);
 MeshData read_obj(FileCursor& cursor);
 
 // Writes the mesh's triangles, or the outer faces of its tetrahedra (surface_cells.hpp), as text.

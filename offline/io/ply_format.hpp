@@ -15,7 +15,6 @@
 
 namespace palpate {
 
-MeshData read_ply(const std::filesystem::path& file);
 MeshData read_ply(FileCursor& cursor);
 
 // Writes the mesh's triangles, or the outer faces of its tetrahedra (surface_cells.hpp), with doubles.

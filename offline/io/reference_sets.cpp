@@ -33,10 +33,7 @@ void fill_sets(const std::map<int, std::vector<int>>& members,
       set.insert(set.end(), items.begin(), items.end());
     }
   }
-  for (auto& [name, set] : sets) {
-    std::sort(set.begin(), set.end());
-    set.erase(std::unique(set.begin(), set.end()), set.end());
-  }
+  sort_sets(sets);
 }
 
 // Returns the number of a combination that is the one set REF_number.

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -33,7 +32,9 @@ struct PointHash {
 
 class StlReader {
  public:
-  explicit StlReader(FileCursor& cursor) : cursor_(cursor) { mesh_.file = cursor.file(); }
+  StlReader(Pass pass, FileCursor& cursor) : cursor_(cursor), keeps_(pass == Pass::build) {
+    mesh_.file = cursor.file();
+  }
 
   MeshData read() {
     const std::size_t size = cursor_.num_left();
@@ -55,6 +56,7 @@ class StlReader {
       cursor_.fail_at(0, fmt::format("has {} bytes, where its {} triangles take {}; copy or export it again",
                                      size, num_facets, expected));
     }
+    if (num_triangles_ == 0) cursor_.fail_at(0, "has no triangles; export a surface");
     number_from_one(mesh_);
     return std::move(mesh_);
   }
@@ -67,7 +69,7 @@ class StlReader {
       std::array<int, 3> nodes{};
       for (int& node : nodes) node = next_node(NumberCoding::little_endian);
       cursor_.next_bytes(2, "the attributes of a triangle");
-      add_polygon(nodes, 0, mesh_);
+      add_triangle(nodes, 0);
     }
   }
 
@@ -96,7 +98,12 @@ class StlReader {
     }
     expect("endloop");
     expect("endfacet");
-    add_polygon(nodes, line, mesh_);
+    add_triangle(nodes, line);
+  }
+
+  void add_triangle(const std::array<int, 3>& nodes, int line) {
+    ++num_triangles_;
+    if (keeps_) add_polygon(nodes, line, mesh_);
   }
 
   int next_node(NumberCoding coding) {
@@ -104,21 +111,17 @@ class StlReader {
     for (double& coordinate : point) {
       coordinate = next_number(cursor_, NumberType::float32, coding, "a coordinate");
       if (!std::isfinite(coordinate))
-        cursor_.fail_at(coding == NumberCoding::text ? cursor_.line() : 0,
-                        fmt::format("triangle {} has a coordinate that is no finite number; correct it",
-                                    mesh_.cells.size() + 1));
+        cursor_.fail(fmt::format("triangle {} has a coordinate that is no finite number; correct it",
+                                 num_triangles_ + 1));
       coordinate += 0.0;  // makes -0 equal to 0 in the bits, too
     }
+    if (!keeps_) return 0;
     const auto [place, is_new] = nodes_.try_emplace(point, static_cast<int>(mesh_.positions.size()));
     if (is_new) mesh_.positions.emplace_back(point[0], point[1], point[2]);
     return place->second;
   }
 
-  std::string lower_word() {
-    std::string word(cursor_.peek_word().substr(0, 16));  // no keyword is longer
-    for (char& letter : word) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
-    return word;
-  }
+  std::string lower_word() { return lower_case(cursor_.peek_word().substr(0, 16)); }  // no keyword is longer
 
   void expect(const char* keyword) {
     if (lower_word() != keyword) {
@@ -129,7 +132,9 @@ class StlReader {
   }
 
   FileCursor& cursor_;
+  const bool keeps_;
   MeshData mesh_;
+  std::size_t num_triangles_ = 0;
   std::unordered_map<std::array<double, 3>, int, PointHash> nodes_;
 };
 
@@ -159,12 +164,7 @@ void append_facet(std::string& text, const std::array<Eigen::Vector3d, 4>& norma
 }  // namespace
 
 MeshData read_stl(FileCursor& cursor) {
-  return StlReader(cursor).read();
-}
-
-MeshData read_stl(const std::filesystem::path& file) {
-  FileCursor cursor(file);
-  return read_stl(cursor);
+  return read_twice<StlReader>(cursor);
 }
 
 void write_stl(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file) {

@@ -12,7 +12,6 @@
 
 namespace palpate {
 
-MeshData read_stl(const std::filesystem::path& file);
 MeshData read_stl(FileCursor& cursor);
 
 // Writes the mesh's triangles, or the outer faces of its tetrahedra (surface_cells.hpp). A binary file keeps

@@ -71,22 +71,18 @@ std::vector<MeshArray> make_arrays(const Attributes& attributes, std::size_t num
 
 class TetgenReader {
  public:
-  TetgenReader(FileCursor& nodes, FileCursor& elements) : nodes_(nodes), elements_(elements) {}
+  TetgenReader(Pass pass, FileCursor& nodes, FileCursor& elements)
+      : nodes_(nodes), elements_(elements), keeps_(pass == Pass::build) {}
 
   MeshData read() {
     mesh_.file = elements_.file();
-    nodes_.set_comment('#', [&](std::string_view comment) {
-      sets_.read_comment(comment);
-      read_array_comment(comment, of_nodes_);
-    });
+    watch_comments(nodes_, of_nodes_);
     read_nodes();
     nodes_.set_comment(0);
-    elements_.set_comment('#', [&](std::string_view comment) {
-      sets_.read_comment(comment);
-      read_array_comment(comment, of_cells_);
-    });
+    watch_comments(elements_, of_cells_);
     read_elements();
     elements_.set_comment(0);
+    if (!keeps_) return {};
     mesh_.point_arrays = make_arrays(of_nodes_, of_nodes_.num_columns);
     make_regions();
     sort_middles(mesh_);
@@ -95,12 +91,28 @@ class TetgenReader {
   }
 
  private:
+  void watch_comments(FileCursor& in, Attributes& attributes) {
+    in.set_comment('#', [&](std::string_view comment) {
+      if (!keeps_) return;
+      sets_.read_comment(comment);
+      read_array_comment(comment, attributes);
+    });
+  }
+
+  // Reads the attributes of a point or a tetrahedron.
+  void read_attributes(FileCursor& in, Attributes& attributes) const {
+    for (std::size_t k = 0; k < attributes.num_columns; ++k) {
+      const double value = in.next_number("an attribute");
+      if (keeps_) attributes.values.push_back(value);
+    }
+  }
+
   // Reads the first line: a count of items that is checked, then numbers that may be absent.
   std::vector<int> read_header(FileCursor& in, const char* what, const std::vector<int>& defaults) {
     in.skip_blanks();
     const int line = in.line();
-    std::string text(in.next_line(what));
-    FileCursor header(in.file(), line, text.substr(0, text.find('#')));
+    const std::string_view text = in.next_line(what);
+    FileCursor header(in, line, text.substr(0, text.find('#')));
     std::vector<int> numbers = {static_cast<int>(header.next_count(what, 0))};
     for (const int number : defaults)
       numbers.push_back(header.skip_blanks() ? header.next_integer(what) : number);
@@ -124,9 +136,11 @@ class TetgenReader {
       const int label = nodes_.next_integer("the number of a point");
       Eigen::Vector3d position;
       for (int axis = 0; axis < 3; ++axis) position[axis] = nodes_.next_number("a coordinate");
-      for (int k = 0; k < header[2]; ++k) of_nodes_.values.push_back(nodes_.next_number("an attribute"));
-      if (header[3] > 0) sets_.add_node(nodes_.next_integer("a boundary marker"), i);
+      read_attributes(nodes_, of_nodes_);
+      const int marker = header[3] > 0 ? nodes_.next_integer("a boundary marker") : 0;
       index_.add(label, i);
+      if (!keeps_) continue;
+      sets_.add_node(marker, i);
       mesh_.positions.push_back(position);
       mesh_.node_labels.push_back(label);
     }
@@ -141,7 +155,7 @@ class TetgenReader {
     if (num_nodes != 4 && num_nodes != 10)
       elements_.fail("tetrahedra have " + std::to_string(num_nodes) + " nodes, not 4 or 10; export them so");
     of_cells_.num_columns = static_cast<std::size_t>(header[2]);
-    mesh_.cells.reserve(static_cast<std::size_t>(header[0]));
+    LabelIndex labels;
     for (int i = 0; i < header[0]; ++i) {
       MeshCell cell = {.label = elements_.next_integer("the number of a tetrahedron"),
                        .num_nodes = num_nodes};
@@ -155,9 +169,13 @@ class TetgenReader {
                          " does not hold; name the files of one mesh");
         cell.nodes[static_cast<std::size_t>(k)] = *found;
       }
-      for (int k = 0; k < header[2]; ++k) of_cells_.values.push_back(elements_.next_number("an attribute"));
-      mesh_.cells.push_back(cell);
+      read_attributes(elements_, of_cells_);
+      labels.add(cell.label, i);
+      if (keeps_) mesh_.cells.push_back(cell);
     }
+    if (const auto twice = labels.sort())
+      elements_.fail("tetrahedron " + std::to_string(*twice) +
+                     " stands twice in the file; renumber the tetrahedra");
     expect_end(elements_);
   }
 
@@ -186,6 +204,7 @@ class TetgenReader {
 
   FileCursor& nodes_;
   FileCursor& elements_;
+  const bool keeps_;
   MeshData mesh_;
   LabelIndex index_;
   Attributes of_nodes_;
@@ -283,7 +302,7 @@ class TetgenWriter {
 }  // namespace
 
 MeshData read_tetgen(FileCursor& nodes, FileCursor& elements) {
-  return TetgenReader(nodes, elements).read();
+  return read_twice<TetgenReader>(nodes, elements);
 }
 
 MeshData read_tetgen(const std::filesystem::path& file) {

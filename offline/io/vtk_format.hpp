@@ -19,7 +19,6 @@
 
 namespace palpate {
 
-MeshData read_vtk(const std::filesystem::path& file);
 MeshData read_vtk(FileCursor& cursor);
 
 // Writes version 4.2, which older programs read too. Sets become arrays (set_arrays.hpp).

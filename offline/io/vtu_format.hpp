@@ -16,7 +16,6 @@
 
 namespace palpate {
 
-MeshData read_vtu(const std::filesystem::path& file);
 MeshData read_vtu(FileCursor& cursor);
 
 // Writes raw appended arrays, which keep every bit, or text. Sets become arrays (set_arrays.hpp). Keeps
