@@ -105,6 +105,11 @@ bool FileCursor::skip_blanks() {
   }
 }
 
+bool FileCursor::has_word_in_line() {
+  while (!at_end() && is_blank(bytes_[at_]) && !is_line_end(bytes_[at_])) ++at_;
+  return !at_end() && !is_line_end(bytes_[at_]) && (comment_ == 0 || bytes_[at_] != comment_);
+}
+
 bool FileCursor::skip_past_word(std::string_view word) {
   for (std::size_t found = bytes_.find(word, at_); found != std::string::npos;
        found = bytes_.find(word, found + 1)) {

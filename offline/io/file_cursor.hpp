@@ -64,6 +64,9 @@ class FileCursor {
   // Passes blanks, line ends and comments. Whether text is left.
   bool skip_blanks();
 
+  // Passes blanks within the line. Whether a word is left in the line.
+  bool has_word_in_line();
+
   // Passes everything up to and with `word` between blanks, even binary numbers. Passes nothing and
   // returns false where the rest of the file lacks it.
   bool skip_past_word(std::string_view word);

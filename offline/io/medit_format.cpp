@@ -1,13 +1,21 @@
-#include "offline/io/medit_format.hpp"
-
+// Medit's text mesh files, .mesh, as Mmg, Gmsh and libMeshb write them.
+//
+// References become sets REF_n: of vertices node sets, of cells element sets. Edges, triangles and
+// quadrilaterals also give their nodes to the node set of their reference. Quadratic tetrahedra keep their
+// middles, other quadratic cells their corners. Sections without cells, such as Normals, are skipped.
+//
+// Source: L. Marechal, libMeshb 7, "Handling meshes and solutions files", and P. Frey, "Medit", INRIA
+// RT-0253, 2001.
+// The writer's comments tell the names of sets. The format has no labels and no arrays, and groups cells by kind.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <iterator>
 
+#include "offline/io/file_text.hpp"
 #include "offline/io/finished_file.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/middle_order.hpp"
 #include "offline/io/reference_sets.hpp"
 #include "offline/mesh/text_number.hpp"
@@ -175,23 +183,18 @@ class MeditWriter {
         cells_(number_references(mesh.element_sets, mesh.cells.size(), "cells", "REF_")) {}
 
   std::string write() {
-    out_ = "MeshVersionFormatted 2\nDimension 3\n" + nodes_.comments + cells_.comments;
-    text("Vertices\n{}\n", mesh_.positions.size());
+    out_.text("MeshVersionFormatted 2\nDimension 3\n{}{}", nodes_.comments, cells_.comments);
+    out_.text("Vertices\n{}\n", mesh_.positions.size());
     for (std::size_t i = 0; i < mesh_.positions.size(); ++i) {
       const Eigen::Vector3d& place = mesh_.positions[i];
-      text("{} {} {} {}\n", place.x(), place.y(), place.z(), nodes_.of_item[i]);
+      out_.text("{} {} {} {}\n", place.x(), place.y(), place.z(), nodes_.of_item[i]);
     }
     for (const Section& section : kSections) write_cells(section);
-    out_ += "End\n";
-    return std::move(out_);
+    out_.text("End\n");
+    return std::move(out_.bytes);
   }
 
  private:
-  template <typename... Values>
-  void text(fmt::format_string<Values...> format, Values&&... values) {
-    fmt::format_to(std::back_inserter(out_), format, std::forward<Values>(values)...);
-  }
-
   void write_cells(const Section& section) {
     const auto is_here = [&](const MeshCell& cell) {
       return cell.kind == section.kind && cell.num_nodes == section.num_nodes;
@@ -200,19 +203,19 @@ class MeditWriter {
     // Two keywords name the same cells in files of different programs.
     const std::string_view keyword = section.keyword;
     if (count == 0 || keyword == "Pentahedra" || keyword == "Hexaedra") return;
-    text("{}\n{}\n", keyword, count);
+    out_.text("{}\n{}\n", keyword, count);
     for (std::size_t i = 0; i < mesh_.cells.size(); ++i) {
       const MeshCell& cell = mesh_.cells[i];
       if (!is_here(cell)) continue;
-      for (int k = 0; k < cell.num_nodes; ++k) text("{} ", cell.nodes[static_cast<std::size_t>(k)] + 1);
-      text("{}\n", cells_.of_item[i]);
+      for (int k = 0; k < cell.num_nodes; ++k) out_.text("{} ", cell.nodes[static_cast<std::size_t>(k)] + 1);
+      out_.text("{}\n", cells_.of_item[i]);
     }
   }
 
   const MeshData& mesh_;
   const WrittenReferences nodes_;
   const WrittenReferences cells_;
-  std::string out_;
+  FileText out_;
 };
 
 }  // namespace

@@ -3,15 +3,7 @@
 #include <array>
 #include <stdexcept>
 
-#include "offline/io/gmsh_format.hpp"
 #include "offline/io/inp_format.hpp"
-#include "offline/io/medit_format.hpp"
-#include "offline/io/obj_format.hpp"
-#include "offline/io/ply_format.hpp"
-#include "offline/io/stl_format.hpp"
-#include "offline/io/tetgen_format.hpp"
-#include "offline/io/vtk_format.hpp"
-#include "offline/io/vtu_format.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/text_number.hpp"
 
@@ -24,11 +16,18 @@ MeshData read_file(const std::filesystem::path& file) {
   return Read(in);
 }
 
+// `file`: either of TetGen's two files; the other stands beside it.
+MeshData read_tetgen_files(const std::filesystem::path& file) {
+  FileCursor nodes(std::filesystem::path(file).replace_extension(".node"));
+  FileCursor elements(std::filesystem::path(file).replace_extension(".ele"));
+  return read_tetgen(nodes, elements);
+}
+
 constexpr std::array kFormats = {
     MeshFormat{"Abaqus", ".inp", read_inp_mesh_file, write_inp_mesh},
     MeshFormat{"Gmsh", ".msh .msh1 .msh2 .msh4", read_file<read_gmsh>, write_gmsh},
     MeshFormat{"Medit", ".mesh", read_file<read_medit>, write_medit},
-    MeshFormat{"TetGen", ".node .ele", read_tetgen, write_tetgen},
+    MeshFormat{"TetGen", ".node .ele", read_tetgen_files, write_tetgen},
     MeshFormat{"VTK", ".vtk", read_file<read_vtk>, write_vtk},
     MeshFormat{"VTU", ".vtu", read_file<read_vtu>, write_vtu},
     MeshFormat{"STL", ".stl", read_file<read_stl>, write_stl},

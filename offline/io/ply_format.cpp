@@ -1,19 +1,26 @@
-#include "offline/io/ply_format.hpp"
-
+// PLY files of surfaces, text or binary in each byte order:
+//
+//   ply     format ascii | binary_little_endian | binary_big_endian 1.0
+//   element vertex n     property float x ...
+//   element face n       property list uchar int vertex_indices ...
+//   end_header           the elements in turn, each with its properties
+//
+// Polygons become triangles. Other elements and properties are passed over.
+// Written are the mesh's triangles, or the outer faces of its tetrahedra (surface_cells.hpp), with doubles.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "offline/io/file_number.hpp"
+#include "offline/io/file_text.hpp"
 #include "offline/io/finished_file.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/surface_cells.hpp"
 #include "offline/mesh/text_number.hpp"
 
@@ -187,13 +194,6 @@ class PlyReader {
   std::vector<PlyElement> elements_;
 };
 
-template <typename Number>
-void append_little_endian(std::string& bytes, Number number) {
-  using Bits = std::conditional_t<sizeof(Number) == 8, std::uint64_t, std::uint32_t>;
-  const auto bits = std::bit_cast<Bits>(number);
-  for (std::size_t i = 0; i < sizeof bits; ++i) bytes += static_cast<char>(bits >> (8 * i) & 0xff);
-}
-
 }  // namespace
 
 MeshData read_ply(FileCursor& cursor) {
@@ -202,7 +202,8 @@ MeshData read_ply(FileCursor& cursor) {
 
 void write_ply(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file) {
   const SurfaceTriangles surface = surface_triangles(mesh, file);
-  std::string text = fmt::format(
+  FileText out;
+  out.text(
       "ply\nformat {} 1.0\ncomment written by Palpate\nelement vertex {}\nproperty double x\nproperty double "
       "y\n"
       "property double z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
@@ -210,20 +211,20 @@ void write_ply(const MeshData& mesh, const WriteOptions& options, const std::fil
       surface.triangles.size());
   for (const Eigen::Vector3d& point : surface.positions) {
     if (options.is_binary) {
-      for (const double coordinate : point) append_little_endian(text, coordinate);
+      for (const double coordinate : point) out.binary(coordinate);
     } else {
-      fmt::format_to(std::back_inserter(text), "{} {} {}\n", point[0], point[1], point[2]);
+      out.text("{} {} {}\n", point[0], point[1], point[2]);
     }
   }
   for (const std::array<int, 3>& triangle : surface.triangles) {
     if (options.is_binary) {
-      text += '\3';
-      for (const int node : triangle) append_little_endian(text, std::int32_t{node});
+      out.binary('\3');
+      for (const int node : triangle) out.binary(std::int32_t{node});
     } else {
-      fmt::format_to(std::back_inserter(text), "3 {} {} {}\n", triangle[0], triangle[1], triangle[2]);
+      out.text("3 {} {} {}\n", triangle[0], triangle[1], triangle[2]);
     }
   }
-  write_finished_text(file, text);
+  write_finished_text(file, out.bytes);
 }
 
 }  // namespace palpate

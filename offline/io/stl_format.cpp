@@ -1,19 +1,24 @@
-#include "offline/io/stl_format.hpp"
-
+// STL files: the triangles of a surface, as text ("solid NAME", "facet ...") or binary:
+//
+//   80 bytes of title, uint32 n, then n times: normal, three corners (float32), two bytes of attributes
+//
+// Corners at equal coordinates become one node; normals are passed over.
+// Written are the mesh's triangles, or the outer faces of its tetrahedra (surface_cells.hpp). A binary file keeps
+// seven digits of a coordinate, text keeps all.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <iterator>
 #include <string>
 #include <unordered_map>
 
 #include "offline/io/file_number.hpp"
+#include "offline/io/file_text.hpp"
 #include "offline/io/finished_file.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/surface_cells.hpp"
 #include "offline/mesh/text_number.hpp"
 
@@ -138,27 +143,20 @@ class StlReader {
   std::unordered_map<std::array<double, 3>, int, PointHash> nodes_;
 };
 
-void append_float(std::string& bytes, double number) {
-  const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(number));
-  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(bits >> shift & 0xff);
-}
-
-void append_facet(std::string& text, const std::array<Eigen::Vector3d, 4>& normal_and_corners,
-                  bool is_binary) {
+void add_facet(const std::array<Eigen::Vector3d, 4>& normal_and_corners, bool is_binary, FileText& out) {
   if (is_binary) {
     for (const Eigen::Vector3d& vector : normal_and_corners) {
-      for (const double number : vector) append_float(text, number);
+      for (const double number : vector) out.binary(static_cast<float>(number));
     }
-    text.append(2, '\0');
+    out.bytes.append(2, '\0');
     return;
   }
-  const auto row = [&](const char* keyword, const Eigen::Vector3d& vector) {
-    fmt::format_to(std::back_inserter(text), "{} {} {} {}\n", keyword, vector[0], vector[1], vector[2]);
-  };
-  row("facet normal", normal_and_corners[0]);
-  text += "outer loop\n";
-  for (std::size_t i = 1; i < 4; ++i) row("vertex", normal_and_corners[i]);
-  text += "endloop\nendfacet\n";
+  const char* const before[] = {"facet normal", "outer loop\nvertex", "vertex", "vertex"};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector3d& vector = normal_and_corners[i];
+    out.text("{} {} {} {}\n", before[i], vector[0], vector[1], vector[2]);
+  }
+  out.text("endloop\nendfacet\n");
 }
 
 }  // namespace
@@ -169,12 +167,11 @@ MeshData read_stl(FileCursor& cursor) {
 
 void write_stl(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file) {
   const SurfaceTriangles surface = surface_triangles(mesh, file);
-  std::string text = "solid written by Palpate\n";
+  FileText out;
+  out.bytes = options.is_binary ? "written by Palpate" : "solid written by Palpate\n";
   if (options.is_binary) {
-    text = "written by Palpate";
-    text.resize(kTitleBytes, ' ');
-    for (int shift = 0; shift < 32; shift += 8)
-      text += static_cast<char>(surface.triangles.size() >> shift & 0xff);
+    out.bytes.resize(kTitleBytes, ' ');
+    out.binary(static_cast<std::uint32_t>(surface.triangles.size()));
   }
   for (const std::array<int, 3>& triangle : surface.triangles) {
     const auto corner = [&](int i) {
@@ -182,12 +179,11 @@ void write_stl(const MeshData& mesh, const WriteOptions& options, const std::fil
     };
     const Eigen::Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
     const double length = normal.norm();
-    append_facet(text,
-                 {length > 0 ? Eigen::Vector3d(normal / length) : normal, corner(0), corner(1), corner(2)},
-                 options.is_binary);
+    add_facet({length > 0 ? Eigen::Vector3d(normal / length) : normal, corner(0), corner(1), corner(2)},
+              options.is_binary, out);
   }
-  if (!options.is_binary) text += "endsolid written by Palpate\n";
-  write_finished_text(file, text);
+  if (!options.is_binary) out.text("endsolid written by Palpate\n");
+  write_finished_text(file, out.bytes);
 }
 
 }  // namespace palpate

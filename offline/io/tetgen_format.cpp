@@ -1,16 +1,23 @@
-#include "offline/io/tetgen_format.hpp"
-
+// TetGen's files: NAME.node with the points and NAME.ele with tetrahedra of 4 or 10 nodes.
+//
+// Boundary markers of points become node sets MARKER_n. The last attribute of tetrahedra, the region, becomes
+// element sets REGION_n where all its values are integers. Other attributes become arrays.
+//
+// Source: H. Si, TetGen 1.5 user's manual, 2013, section 5.2.
+// The writer's comments tell the names of sets and arrays. Points, lines, triangles and quadrilaterals have no
+// place and are left out. It refuses other volumes than tetrahedra, and tetrahedra of 4 and of 10 nodes.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <climits>
 #include <cmath>
-#include <iterator>
 #include <stdexcept>
 
+#include "offline/io/file_text.hpp"
 #include "offline/io/finished_file.hpp"
 #include "offline/io/label_index.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/middle_order.hpp"
 #include "offline/io/reference_sets.hpp"
 #include "offline/mesh/text_number.hpp"
@@ -109,21 +116,17 @@ class TetgenReader {
 
   // Reads the first line: a count of items that is checked, then numbers that may be absent.
   std::vector<int> read_header(FileCursor& in, const char* what, const std::vector<int>& defaults) {
-    in.skip_blanks();
-    const int line = in.line();
-    const std::string_view text = in.next_line(what);
-    FileCursor header(in, line, text.substr(0, text.find('#')));
-    std::vector<int> numbers = {static_cast<int>(header.next_count(what, 0))};
+    std::vector<int> numbers = {in.next_integer(what)};
     for (const int number : defaults)
-      numbers.push_back(header.skip_blanks() ? header.next_integer(what) : number);
-    if (static_cast<std::size_t>(numbers[0]) > in.num_left() / 8)
-      in.fail_at(line, std::string(what) + " is " + std::to_string(numbers[0]) +
-                           ", more than the rest of the file holds; export it again");
-    if (const int number = *std::min_element(numbers.begin(), numbers.end()); number < 0)
-      in.fail_at(line, std::string(what) + " or a number behind it is negative; export the file again");
+      numbers.push_back(in.has_word_in_line() ? in.next_integer(what) : number);
+    if (*std::min_element(numbers.begin(), numbers.end()) < 0)
+      in.fail(std::string(what) + " or a number behind it is negative; export the file again");
+    in.check_count(numbers[0], what, 8);
     if (numbers.size() > 2 && numbers[2] > kMostAttributes)
-      in.fail_at(line, "there are " + std::to_string(numbers[2]) + " attributes; use at most " +
-                           std::to_string(kMostAttributes));
+      in.fail("there are " + std::to_string(numbers[2]) + " attributes; use at most " +
+              std::to_string(kMostAttributes));
+    if (in.has_word_in_line())
+      in.fail("'" + printable(in.peek_word()) + "' stands behind the first line's numbers; remove it");
     return numbers;
   }
 
@@ -230,16 +233,17 @@ class TetgenWriter {
     const WrittenReferences markers =
         number_references(mesh_.node_sets, mesh_.positions.size(), "nodes", "MARKER_");
     const bool has_markers = !mesh_.node_sets.empty();
-    std::string out = markers.comments + array_comments(mesh_.point_arrays);
-    text(out, "{} 3 {} {}\n", mesh_.positions.size(), num_columns(mesh_.point_arrays), has_markers ? 1 : 0);
+    FileText out;
+    out.text("{}{}", markers.comments, array_comments(mesh_.point_arrays));
+    out.text("{} 3 {} {}\n", mesh_.positions.size(), num_columns(mesh_.point_arrays), has_markers ? 1 : 0);
     for (std::size_t i = 0; i < mesh_.positions.size(); ++i) {
       const Eigen::Vector3d& place = mesh_.positions[i];
-      text(out, "{} {} {} {}", i + 1, place.x(), place.y(), place.z());
+      out.text("{} {} {} {}", i + 1, place.x(), place.y(), place.z());
       add_values(mesh_.point_arrays, i, out);
-      if (has_markers) text(out, " {}", markers.of_item[i]);
-      out += '\n';
+      if (has_markers) out.text(" {}", markers.of_item[i]);
+      out.text("\n");
     }
-    return out;
+    return std::move(out.bytes);
   }
 
   std::string elements() {
@@ -247,21 +251,22 @@ class TetgenWriter {
         number_references(mesh_.element_sets, mesh_.cells.size(), "cells", "REGION_");
     // The reader takes the last attribute as a region, so arrays need a region behind them.
     const bool has_regions = !mesh_.element_sets.empty() || !mesh_.cell_arrays.empty();
-    std::string out = regions.comments + array_comments(mesh_.cell_arrays);
-    text(out, "{} {} {}\n", tetrahedra_.size(),
-         tetrahedra_.empty() ? 4 : mesh_.cells[tetrahedra_[0]].num_nodes,
-         num_columns(mesh_.cell_arrays) + (has_regions ? 1 : 0));
+    FileText out;
+    out.text("{}{}", regions.comments, array_comments(mesh_.cell_arrays));
+    out.text("{} {} {}\n", tetrahedra_.size(),
+             tetrahedra_.empty() ? 4 : mesh_.cells[tetrahedra_[0]].num_nodes,
+             num_columns(mesh_.cell_arrays) + (has_regions ? 1 : 0));
     for (std::size_t row = 0; row < tetrahedra_.size(); ++row) {
       const std::size_t i = tetrahedra_[row];
       const MeshCell& cell = mesh_.cells[i];
-      text(out, "{}", row + 1);
+      out.text("{}", row + 1);
       for (int k = 0; k < cell.num_nodes; ++k)
-        text(out, " {}", cell.nodes[kOrder[static_cast<std::size_t>(k)]] + 1);
+        out.text(" {}", cell.nodes[kOrder[static_cast<std::size_t>(k)]] + 1);
       add_values(mesh_.cell_arrays, i, out);
-      if (has_regions) text(out, " {}", regions.of_item[i]);
-      out += '\n';
+      if (has_regions) out.text(" {}", regions.of_item[i]);
+      out.text("\n");
     }
-    return out;
+    return std::move(out.bytes);
   }
 
  private:
@@ -270,15 +275,10 @@ class TetgenWriter {
                              "; write another format, such as .msh or .vtu");
   }
 
-  template <typename... Values>
-  static void text(std::string& out, fmt::format_string<Values...> format, Values&&... values) {
-    fmt::format_to(std::back_inserter(out), format, std::forward<Values>(values)...);
-  }
-
   static std::string array_comments(const std::vector<MeshArray>& arrays) {
-    std::string out;
-    for (const MeshArray& array : arrays) text(out, "{}{}: {}\n", kArray, array.num_components, array.name);
-    return out;
+    FileText out;
+    for (const MeshArray& array : arrays) out.text("{}{}: {}\n", kArray, array.num_components, array.name);
+    return std::move(out.bytes);
   }
 
   static int num_columns(const std::vector<MeshArray>& arrays) {
@@ -287,10 +287,10 @@ class TetgenWriter {
     return count;
   }
 
-  static void add_values(const std::vector<MeshArray>& arrays, std::size_t item, std::string& out) {
+  static void add_values(const std::vector<MeshArray>& arrays, std::size_t item, FileText& out) {
     for (const MeshArray& array : arrays) {
       const auto size = static_cast<std::size_t>(array.num_components);
-      for (std::size_t k = 0; k < size; ++k) text(out, " {}", array.values[item * size + k]);
+      for (std::size_t k = 0; k < size; ++k) out.text(" {}", array.values[item * size + k]);
     }
   }
 
@@ -303,12 +303,6 @@ class TetgenWriter {
 
 MeshData read_tetgen(FileCursor& nodes, FileCursor& elements) {
   return read_twice<TetgenReader>(nodes, elements);
-}
-
-MeshData read_tetgen(const std::filesystem::path& file) {
-  FileCursor nodes(std::filesystem::path(file).replace_extension(".node"));
-  FileCursor elements(std::filesystem::path(file).replace_extension(".ele"));
-  return read_tetgen(nodes, elements);
 }
 
 void write_tetgen(const MeshData& mesh, const WriteOptions&, const std::filesystem::path& file) {

@@ -1,5 +1,17 @@
-#include "offline/io/vtk_format.hpp"
-
+// Legacy VTK files, versions 2.0 to 5.1, text or big-endian binary, with an unstructured grid or polygons:
+//
+//   # vtk DataFile Version 4.2       title     ASCII | BINARY     DATASET UNSTRUCTURED_GRID | POLYDATA
+//   POINTS n type                    x y z of each point
+//   CELLS n size                     number of nodes, nodes ... of each cell, before version 5
+//   CELLS n + 1 size                 OFFSETS type, CONNECTIVITY type, since version 5
+//   CELL_TYPES n                     a number for each cell
+//   POINT_DATA n | CELL_DATA n       SCALARS, VECTORS, FIELD ...: values for each point or cell
+//
+// Source: https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html. Cells that
+// a MeshData does not have are counted in its notes. Cells of higher order, but tetrahedra of ten nodes, keep
+// their corners alone.
+//
+// Written is version 4.2, which older programs read too. Sets become arrays (set_arrays.hpp).
 #include <fmt/format.h>
 
 #include <array>
@@ -10,6 +22,7 @@
 #include <vector>
 
 #include "offline/io/file_number.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/vtk_attributes.hpp"
 #include "offline/io/vtk_mesh.hpp"
 #include "offline/mesh/text_number.hpp"

@@ -1,5 +1,14 @@
-#include "offline/io/vtu_format.hpp"
-
+// VTK's XML files of unstructured grids (.vtu).
+//
+//   <VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">
+//     ... <DataArray type="Float64" Name="displacement" NumberOfComponents="3" format="appended" .../>
+//     ... <AppendedData encoding="raw">
+//      _[bytes: uint64][values][bytes: uint64][values] ...      offsets count from behind the underscore
+//
+// Source: https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html. The reader knows arrays as
+// text, base64 and appended, in each byte order, with zlib or without.
+// Written are raw appended arrays, which keep every bit, or text. Sets become arrays (set_arrays.hpp). Values that
+// are not finite are kept, so that a failed state can be viewed.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +23,7 @@
 #include <vector>
 
 #include "offline/io/file_number.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/vtk_mesh.hpp"
 #include "offline/io/vtu_array.hpp"
 #include "offline/mesh/text_number.hpp"

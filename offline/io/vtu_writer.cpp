@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "offline/io/finished_file.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/set_arrays.hpp"
 #include "offline/io/vtk_mesh.hpp"
-#include "offline/io/vtu_format.hpp"
 
 namespace palpate {
 namespace {

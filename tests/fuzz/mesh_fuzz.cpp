@@ -4,15 +4,8 @@
 #include <array>
 #include <string>
 
-#include "offline/io/gmsh_format.hpp"
-#include "offline/io/medit_format.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/mesh_split.hpp"
-#include "offline/io/obj_format.hpp"
-#include "offline/io/ply_format.hpp"
-#include "offline/io/stl_format.hpp"
-#include "offline/io/tetgen_format.hpp"
-#include "offline/io/vtk_format.hpp"
-#include "offline/io/vtu_format.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "tests/fuzz/fuzz_target.hpp"
 

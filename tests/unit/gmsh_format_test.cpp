@@ -1,5 +1,5 @@
 // Gmsh's files: those of Gmsh itself, round trips and damage.
-#include "offline/io/gmsh_format.hpp"
+#include "offline/io/mesh_formats.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Medit's files: those of Gmsh and Mmg, round trips and damage.
-#include "offline/io/medit_format.hpp"
+#include "offline/io/mesh_formats.hpp"
 
 #include <gtest/gtest.h>
 

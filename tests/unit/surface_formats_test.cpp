@@ -3,9 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "offline/io/obj_format.hpp"
-#include "offline/io/ply_format.hpp"
-#include "offline/io/stl_format.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/surface_cells.hpp"
 #include "tests/support/mesh_files.hpp"
 

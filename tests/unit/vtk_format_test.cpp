@@ -1,5 +1,5 @@
 // Legacy VTK files: read as VTK writes them, written, refused.
-#include "offline/io/vtk_format.hpp"
+#include "offline/io/mesh_formats.hpp"
 
 #include <gtest/gtest.h>
 

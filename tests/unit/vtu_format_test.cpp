@@ -1,5 +1,5 @@
 // VTU files: read as VTK writes them, written, refused. vtu_writer_test.cpp looks at the bytes.
-#include "offline/io/vtu_format.hpp"
+#include "offline/io/mesh_formats.hpp"
 
 #include <gtest/gtest.h>
 #include <zlib.h>
