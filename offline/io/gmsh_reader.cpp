@@ -8,9 +8,9 @@
 //
 // Source: Gmsh 4.11 reference manual, sections "MSH file format" and "Legacy formats".
 //
-// The ending of the name picks the format that is written, as in Gmsh: .msh1, .msh2 (2.2), .msh4 (4.1); .msh is
-// 4.1. Format 1 has text alone. Reading the file gives the same mesh, except for a node set that an element set
-// of curves or surfaces gains. A point cell in an element set becomes a node of a node set.
+// The ending of the name picks the format that is written, as in Gmsh: .msh1, .msh2 (2.2), .msh4 (4.1); .msh
+// is 4.1. Format 1 has text alone. Reading the file gives the same mesh, except for a node set that an
+// element set of curves or surfaces gains. A point cell in an element set becomes a node of a node set.
 #include "offline/io/gmsh_reader.hpp"
 #include "offline/io/mesh_formats.hpp"
 

@@ -6,7 +6,9 @@
 //
 // Source: L. Marechal, libMeshb 7, "Handling meshes and solutions files", and P. Frey, "Medit", INRIA
 // RT-0253, 2001.
-// The writer's comments tell the names of sets. The format has no labels and no arrays, and groups cells by kind.
+//
+// The writer's comments tell the names of sets. The format has no labels and no arrays, and groups cells by
+// kind.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -87,8 +89,9 @@ class MeditReader {
   void read_header() {
     const std::string word(in_.next_word(kFirstWord));
     if (word != kFirstWord)
-      in_.fail("begins with '" + printable(word) + "', not with " + kFirstWord +
-               "; name a text file of Medit, or export the mesh as one");
+      in_.fail(
+          fmt::format("begins with '{}', not with {}; name a text file of Medit, or export the mesh as one",
+                      printable(word), kFirstWord));
     in_.next_integer("the version");
   }
 
@@ -99,7 +102,7 @@ class MeditReader {
       read_cells(*section);
     } else if (keyword == "Dimension") {
       if (const int dimension = in_.next_integer("the dimension"); dimension != 3)
-        in_.fail("the mesh has dimension " + std::to_string(dimension) + ", not 3; export a mesh in space");
+        in_.fail(fmt::format("the mesh has dimension {}, not 3; export a mesh in space", dimension));
     } else if (keyword == "Vertices") {
       read_vertices();
     } else if (keyword.starts_with("Tetrahedra") || keyword.starts_with("Hexahedra") ||
@@ -161,10 +164,9 @@ class MeditReader {
 
   void skip_section(const std::string& keyword, int line) {
     if (!begins_with_letter(keyword))
-      in_.fail_at(line,
-                  "'" + printable(keyword) +
-                      "' stands where a keyword should be; the count of the section before is wrong, so "
-                      "export the file again");
+      in_.fail_at(line, fmt::format("'{}' stands where a keyword should be; the count of the section before "
+                                    "is wrong, so export the file again",
+                                    printable(keyword)));
     while (in_.skip_blanks() && !begins_with_letter(in_.peek_word())) in_.next_word("a number");
   }
 

@@ -1,4 +1,5 @@
-// The mesh formats by name and ending. A format's own file tells what it keeps: gmsh_reader.cpp, vtk_format.cpp, ...
+// The mesh formats by name and ending. A format's own file tells what it keeps: gmsh_reader.cpp,
+// vtk_format.cpp, ...
 #pragma once
 
 #include <filesystem>

@@ -3,8 +3,8 @@
 //   80 bytes of title, uint32 n, then n times: normal, three corners (float32), two bytes of attributes
 //
 // Corners at equal coordinates become one node; normals are passed over.
-// Written are the mesh's triangles, or the outer faces of its tetrahedra (surface_cells.hpp). A binary file keeps
-// seven digits of a coordinate, text keeps all.
+// Written are the mesh's triangles, or the outer faces of its tetrahedra (surface_cells.hpp). A binary file
+// keeps seven digits of a coordinate, text keeps all.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>

@@ -4,8 +4,9 @@
 // element sets REGION_n where all its values are integers. Other attributes become arrays.
 //
 // Source: H. Si, TetGen 1.5 user's manual, 2013, section 5.2.
-// The writer's comments tell the names of sets and arrays. Points, lines, triangles and quadrilaterals have no
-// place and are left out. It refuses other volumes than tetrahedra, and tetrahedra of 4 and of 10 nodes.
+//
+// The writer's comments tell the names of sets and arrays. Points, lines, triangles and quadrilaterals have
+// no place and are left out. It refuses other volumes than tetrahedra, and tetrahedra of 4 and of 10 nodes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -123,17 +124,17 @@ class TetgenReader {
       in.fail(std::string(what) + " or a number behind it is negative; export the file again");
     in.check_count(numbers[0], what, 8);
     if (numbers.size() > 2 && numbers[2] > kMostAttributes)
-      in.fail("there are " + std::to_string(numbers[2]) + " attributes; use at most " +
-              std::to_string(kMostAttributes));
+      in.fail(fmt::format("there are {} attributes; use at most {}", numbers[2], kMostAttributes));
     if (in.has_word_in_line())
-      in.fail("'" + printable(in.peek_word()) + "' stands behind the first line's numbers; remove it");
+      in.fail(
+          fmt::format("'{}' stands behind the first line's numbers; remove it", printable(in.peek_word())));
     return numbers;
   }
 
   void read_nodes() {
     const std::vector<int> header = read_header(nodes_, "the number of points", {3, 0, 0});
     if (header[1] != 3)
-      nodes_.fail("points have dimension " + std::to_string(header[1]) + ", not 3; export a mesh in space");
+      nodes_.fail(fmt::format("points have dimension {}, not 3; export a mesh in space", header[1]));
     of_nodes_.num_columns = static_cast<std::size_t>(header[2]);
     for (int i = 0; i < header[0]; ++i) {
       const int label = nodes_.next_integer("the number of a point");
@@ -148,7 +149,7 @@ class TetgenReader {
       mesh_.node_labels.push_back(label);
     }
     if (const auto twice = index_.sort())
-      nodes_.fail("point " + std::to_string(*twice) + " stands twice in the file; renumber the points");
+      nodes_.fail(fmt::format("point {} stands twice in the file; renumber the points", *twice));
     expect_end(nodes_);
   }
 
@@ -156,7 +157,7 @@ class TetgenReader {
     const std::vector<int> header = read_header(elements_, "the number of tetrahedra", {4, 0});
     const int num_nodes = header[1];
     if (num_nodes != 4 && num_nodes != 10)
-      elements_.fail("tetrahedra have " + std::to_string(num_nodes) + " nodes, not 4 or 10; export them so");
+      elements_.fail(fmt::format("tetrahedra have {} nodes, not 4 or 10; export them so", num_nodes));
     of_cells_.num_columns = static_cast<std::size_t>(header[2]);
     LabelIndex labels;
     for (int i = 0; i < header[0]; ++i) {
@@ -167,9 +168,9 @@ class TetgenReader {
         const int label = elements_.next_integer("a node of a tetrahedron");
         const auto found = index_.find(label);
         if (!found)
-          elements_.fail("tetrahedron " + std::to_string(cell.label) + " names point " +
-                         std::to_string(label) + ", which " + nodes_.file() +
-                         " does not hold; name the files of one mesh");
+          elements_.fail(
+              fmt::format("tetrahedron {} names point {}, which {} does not hold; name the files of one mesh",
+                          cell.label, label, nodes_.file()));
         cell.nodes[static_cast<std::size_t>(k)] = *found;
       }
       read_attributes(elements_, of_cells_);
@@ -177,16 +178,16 @@ class TetgenReader {
       if (keeps_) mesh_.cells.push_back(cell);
     }
     if (const auto twice = labels.sort())
-      elements_.fail("tetrahedron " + std::to_string(*twice) +
-                     " stands twice in the file; renumber the tetrahedra");
+      elements_.fail(fmt::format("tetrahedron {} stands twice in the file; renumber the tetrahedra", *twice));
     expect_end(elements_);
   }
 
   // The counts are wrong where more numbers follow.
   void expect_end(FileCursor& in) const {
     if (in.skip_blanks())
-      in.fail("'" + printable(in.peek_word()) +
-              "' stands behind the last item; correct the count in the first line, or export the file again");
+      in.fail(fmt::format(
+          "'{}' stands behind the last item; correct the count in the first line, or export the file again",
+          printable(in.peek_word())));
   }
 
   // Makes sets of the last attribute, if it is a region, and arrays of the others.

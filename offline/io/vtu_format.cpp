@@ -7,8 +7,8 @@
 //
 // Source: https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html. The reader knows arrays as
 // text, base64 and appended, in each byte order, with zlib or without.
-// Written are raw appended arrays, which keep every bit, or text. Sets become arrays (set_arrays.hpp). Values that
-// are not finite are kept, so that a failed state can be viewed.
+// Written are raw appended arrays, which keep every bit, or text. Sets become arrays (set_arrays.hpp). Values
+// that are not finite are kept, so that a failed state can be viewed.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -133,8 +133,7 @@ TEST_F(BadFiles, OtherThingsThanMeshesAreRefused) {
       std::string::npos);
 }
 
-// The file with one word changed.
-struct Damage {
+struct Damage {  // of one word
   const char* name;
   const std::string& text;
   const char* from;
@@ -142,145 +141,145 @@ struct Damage {
   const char* message;
 };
 
+const Damage kDamages[] = {
+    {"organ.msh", kGmsh2, "$Nodes\n5", "$Nodes\n4",
+     "organ.msh:10: '5' stands where $EndNodes should be; the count of the section is wrong, so export the "
+     "file again"},
+    {"organ.msh", kGmsh2, "$Nodes\n5", "$Nodes\n6",
+     "organ.msh:11: '$EndNodes' is no integer, where the number of a node should be; correct it"},
+    {"organ.msh", kGmsh2, "$Nodes\n5", "$Nodes\n-5",
+     "organ.msh:5: the number of nodes is negative; export the file again"},
+    {"organ.msh", kGmsh2, "$Nodes\n5", "$Nodes\n2147483648",
+     "organ.msh:5: 2147483648 is beyond 2147483647, where the number of nodes should be; renumber the "
+     "mesh, or export it again"},
+    {"organ.msh", kGmsh2, "$Nodes\n5", "$Nodes\n9223372036854775808",
+     "organ.msh:5: 9223372036854775808 is beyond 2147483647, where the number of nodes should be; renumber "
+     "the mesh, or export it again"},
+    {"organ.msh", kGmsh2, "1 1 2 3 4", "1 0 1 2 3",
+     "organ.msh:14: node 0 is not among the nodes; export the file again, with all nodes"},
+    {"organ.msh", kGmsh2, "2 4 2 0", "1 4 2 0",
+     "organ.msh:12: element 1 stands twice in the elements; renumber the elements"},
+    {"organ.msh", kGmsh2, "5 0.625", "4 0.625",
+     "organ.msh:4: node 4 stands twice in the nodes; renumber the nodes"},
+    {"organ.msh", kGmsh2, "2 4 2 0", "2 44 2 0",
+     "organ.msh:15: Gmsh's element type 44 is not supported; export the mesh with elements of order 1 or "
+     "2"},
+    {"organ.msh", kGmsh4, "1 5 1 5", "1 2147483647 1 5",
+     "organ.msh:5: the number of nodes is 2147483647, more than the rest of the file holds; export it "
+     "again"},
+    {"organ.msh", kGmsh4, "3 1 0 5", "3 1 0 4",
+     "organ.msh:15: the blocks hold 4 nodes, but their section states 5; export the file again"},
+    {"organ.msh", kGmsh4, "1 2 1 2", "-1 2 1 2",
+     "organ.msh:19: the number of blocks of elements is negative; export the file again"},
+    {"organ.msh", kGmsh4, "4.1", "3.0",
+     "organ.msh:2: Gmsh's format 3.0 is not read; save the file as 4.1: gmsh FILE -save -format msh41 -o "
+     "NEW.msh"},
+    {"organ.mesh", kMedit, "Vertices\n5", "Vertices\n4",
+     "organ.mesh:9: '0.625' stands where a keyword should be; the count of the section before is wrong, so "
+     "export the file again"},
+    {"organ.mesh", kMedit, "Vertices\n5", "Vertices\n2147483648",
+     "organ.mesh:4: 2147483648 is beyond 2147483647, where the number of vertices should be; renumber the "
+     "mesh, or export it again"},
+    {"organ.mesh", kMedit, "1 2 3 4 0", "0 1 2 3 0",
+     "organ.mesh:12: a cell names vertex 0, but the vertices before it are 1 to 5; correct it, or export "
+     "the file again"},
+    {"organ.mesh", kMedit, "2 3 4 5 0", "2 3 4 6 0",
+     "organ.mesh:13: a cell names vertex 6, but the vertices before it are 1 to 5; correct it, or export "
+     "the file again"},
+    {"organ.mesh", kMedit, "Dimension 3", "Dimension 2",
+     "organ.mesh:2: the mesh has dimension 2, not 3; export a mesh in space"},
+    {"organ.vtk", kVtk, "POINTS 5", "POINTS 4",
+     "organ.vtk:10: '0.625' is no keyword of a VTK file; correct the count of the section before, or "
+     "export it again"},
+    {"organ.vtk", kVtk, "POINTS 5", "POINTS 2147483648",
+     "organ.vtk:5: 2147483648 is beyond 2147483647, where the number of points should be; renumber the "
+     "mesh, or export it again"},
+    {"organ.vtk", kVtk, "CELLS 2 10", "CELLS 2 9",
+     "organ.vtk:13: cell 1 with 4 nodes passes the end of its section; export the file again"},
+    {"organ.vtk", kVtk, "CELLS 2 10", "CELLS 2 -1",
+     "organ.vtk:11: the size of the cells is negative; export the file again"},
+    {"organ.vtk", kVtk, "4 1 2 3 4", "4 1 2 3 5",
+     "organ.vtk:13: cell 1 names point 5, where points are 0 to 4; export the file again"},
+    {"organ.vtk", kVtk, "4 1 2 3 4", "4 1 2 3 -1",
+     "organ.vtk:13: cell 1 names point -1, where points are 0 to 4; export the file again"},
+    {"organ.vtk", kVtk, "CELL_TYPES 2", "CELL_TYPES 3",
+     "organ.vtk:14: there are 3 cell types for 2 cells; export the file again"},
+    {"organ.vtk", kVtk, "Version 4.2", "Version 9.9",
+     "organ.vtk:1: version '9.9' of VTK's format is not known; write version 5.1 or older"},
+    {"organ.vtk", kVtk, "UNSTRUCTURED_GRID", "STRUCTURED_POINTS",
+     "organ.vtk:4: data of kind STRUCTURED_POINTS are no mesh; convert them to UNSTRUCTURED_GRID, such as "
+     "by ParaView's filter Tetrahedralize"},
+    {"organ.vtu", kVtu, "NumberOfPoints=\"5\"", "NumberOfPoints=\"6\"",
+     "organ.vtu:12: the file ends where a coordinate should be; export it again"},
+    {"organ.vtu", kVtu, "NumberOfPoints=\"5\"", "NumberOfPoints=\"4\"",
+     "organ.vtu:6: array 'Points' has more values than the mesh; export the file again"},
+    {"organ.vtu", kVtu, "NumberOfPoints=\"5\"", "NumberOfPoints=\"9223372036854775808\"",
+     "organ.vtu:4: NumberOfPoints is '9223372036854775808', where a count should be; export the file "
+     "again"},
+    {"organ.vtu", kVtu, "NumberOfCells=\"2\"", "NumberOfCells=\"-2\"",
+     "organ.vtu:4: NumberOfCells is '-2', where a count should be; export the file again"},
+    {"organ.vtu", kVtu, "\n1 2 3 4\n", "\n1 2 3 5\n",
+     "organ.vtu:17: cell 1 names point 5, where points are 0 to 4; export the file again"},
+    {"organ.vtu", kVtu, "4 8", "8 4", "organ.vtu:20: the offsets do not ascend; export the file again"},
+    {"organ.vtu", kVtu, "Float64", "Float128",
+     "organ.vtu:6: array 'Points' has the unknown type 'Float128'; export the file again"},
+    {"organ.vtu", kVtu, "</Points>", "",
+     "organ.vtu:26: is no complete XML (Start-end tags mismatch); copy or export it again"},
+    {"organ.vtu", kVtu, "0.625", "&c;",
+     "organ.vtu:11: '&c;' is no number, where a coordinate should be; correct it"},
+    {"organ.vtu", kVtu, "Name=\"types\" format=\"ascii\"", "Name=\"types\" format=\"binary\"",
+     "organ.vtu:22: array 'types' ends early; copy or export the file again"},
+    {"organ.vtu", kVtu, "Name=\"offsets\" format=\"ascii\">\n4 8",
+     "Name=\"offsets\" format=\"binary\">\nCAA?!",
+     "organ.vtu:19: array 'offsets' ends early; copy or export the file again"},
+    {"organ.vtu", kVtu, "Name=\"types\" format=\"ascii\"", "Name=\"types\" format=\"appended\" offset=\"0\"",
+     "organ.vtu:22: array 'types' begins behind the end of the file; copy or export the file again"},
+    {"organ.inp", kInp, "2, 2, 3, 4, 5", "2, 2, 3, 4, 6",
+     "organ.inp:9: element 2 names node 6, which is not defined; define it with *NODE"},
+    {"organ.inp", kInp, "2, 2, 3, 4, 5", "1, 2, 3, 4, 5",
+     "organ.inp:9: element 1 is already defined at organ.inp:8; give one of them another label"},
+    {"organ.inp", kInp, "5, 0.625", "4, 0.625",
+     "organ.inp:6: node 4 is already defined at organ.inp:5; give one of them another label"},
+    {"organ.inp", kInp, "1, 1, 2, 3, 4", "1, 0, 1, 2, 3",
+     "organ.inp:8: 0 is not a node label; labels begin at 1"},
+    {"organ.inp", kInp, "1, 1, 2, 3, 4", "1, 1, 2, 3, 2147483648",
+     "organ.inp:8: '2147483648' is not a node label; write a whole number"},
+    {"organ.inp", kInp, "C3D4", "C3D99",
+     "organ.inp:7: elements of type C3D99 are not supported; mesh the body with tetrahedra, TYPE=C3D4, "
+     "C3D10 or C3D10H"},
+    {"organ.stl", kStl, "endfacet", "",
+     "organ.stl:9: 'facet' stands where 'endfacet' should be; export the file again"},
+    {"organ.stl", kStl, "vertex 1 0 0", "vertex 1 0",
+     "organ.stl:6: 'vertex' is no number, where a coordinate should be; correct it"},
+    {"organ.stl", kStl, "endsolid liver\n", "",
+     "organ.stl:16: the file ends where endsolid should be; export it again"},
+    {"organ.obj", kObj, "f 1 2 3", "f 0 1 2",
+     "organ.obj:5: '0' is none of the 4 vertices above, which count from 1; export the file again"},
+    {"organ.obj", kObj, "f 1 2 3", "f 1 2 5",
+     "organ.obj:5: '5' is none of the 4 vertices above, which count from 1; export the file again"},
+    {"organ.obj", kObj, "f 1 2 3", "f 1 2 2147483648",
+     "organ.obj:5: '2147483648' is none of the 4 vertices above, which count from 1; export the file "
+     "again"},
+    {"organ.obj", kObj, "f 1 2 3", "f 1 2", "organ.obj:5: a face needs three vertices; remove it"},
+    {"organ.obj", kObj, "v 0.625 1 1", "v 0.625 1",
+     "organ.obj:4: the line ends where a coordinate should be; add it"},
+    {"organ.ply", kPly, "vertex 4", "vertex 3",
+     "organ.ply:13: '0.625' is no integer, where the size of a list should be; correct it"},
+    {"organ.ply", kPly, "vertex 4", "vertex 5",
+     "organ.ply:15: a face needs three vertices; remove it, or correct the counts of the elements"},
+    {"organ.ply", kPly, "vertex 4", "vertex 2147483648",
+     "organ.ply:3: 2147483648 is beyond 2147483647, where the number of elements should be; renumber the "
+     "mesh, or export it again"},
+    {"organ.ply", kPly, "3 1 2 3", "3 1 2 4",
+     "organ.ply:15: a face names vertex 4, where vertices are 0 to 3; export the file again"},
+    {"organ.ply", kPly, "3 1 2 3", "2000000000 1 2 3",
+     "organ.ply:15: the file is too short for the 2000000000 numbers of a face; copy or export it again"},
+    {"organ.ply", kPly, "property double x\n", "",
+     "organ.ply:9: vertices have no properties x, y and z; export the file again"},
+};
+
 TEST_F(BadFiles, WrongCountsAndReferencesAreNamed) {
-  const Damage damages[] = {
-      {"organ.msh", kGmsh2, "$Nodes\n5", "$Nodes\n4",
-       "organ.msh:10: '5' stands where $EndNodes should be; the count of the section is wrong, so export the "
-       "file again"},
-      {"organ.msh", kGmsh2, "$Nodes\n5", "$Nodes\n6",
-       "organ.msh:11: '$EndNodes' is no integer, where the number of a node should be; correct it"},
-      {"organ.msh", kGmsh2, "$Nodes\n5", "$Nodes\n-5",
-       "organ.msh:5: the number of nodes is negative; export the file again"},
-      {"organ.msh", kGmsh2, "$Nodes\n5", "$Nodes\n2147483648",
-       "organ.msh:5: 2147483648 is beyond 2147483647, where the number of nodes should be; renumber the "
-       "mesh, or export it again"},
-      {"organ.msh", kGmsh2, "$Nodes\n5", "$Nodes\n9223372036854775808",
-       "organ.msh:5: 9223372036854775808 is beyond 2147483647, where the number of nodes should be; renumber "
-       "the mesh, or export it again"},
-      {"organ.msh", kGmsh2, "1 1 2 3 4", "1 0 1 2 3",
-       "organ.msh:14: node 0 is not among the nodes; export the file again, with all nodes"},
-      {"organ.msh", kGmsh2, "2 4 2 0", "1 4 2 0",
-       "organ.msh:12: element 1 stands twice in the elements; renumber the elements"},
-      {"organ.msh", kGmsh2, "5 0.625", "4 0.625",
-       "organ.msh:4: node 4 stands twice in the nodes; renumber the nodes"},
-      {"organ.msh", kGmsh2, "2 4 2 0", "2 44 2 0",
-       "organ.msh:15: Gmsh's element type 44 is not supported; export the mesh with elements of order 1 or "
-       "2"},
-      {"organ.msh", kGmsh4, "1 5 1 5", "1 2147483647 1 5",
-       "organ.msh:5: the number of nodes is 2147483647, more than the rest of the file holds; export it "
-       "again"},
-      {"organ.msh", kGmsh4, "3 1 0 5", "3 1 0 4",
-       "organ.msh:15: the blocks hold 4 nodes, but their section states 5; export the file again"},
-      {"organ.msh", kGmsh4, "1 2 1 2", "-1 2 1 2",
-       "organ.msh:19: the number of blocks of elements is negative; export the file again"},
-      {"organ.msh", kGmsh4, "4.1", "3.0",
-       "organ.msh:2: Gmsh's format 3.0 is not read; save the file as 4.1: gmsh FILE -save -format msh41 -o "
-       "NEW.msh"},
-      {"organ.mesh", kMedit, "Vertices\n5", "Vertices\n4",
-       "organ.mesh:9: '0.625' stands where a keyword should be; the count of the section before is wrong, so "
-       "export the file again"},
-      {"organ.mesh", kMedit, "Vertices\n5", "Vertices\n2147483648",
-       "organ.mesh:4: 2147483648 is beyond 2147483647, where the number of vertices should be; renumber the "
-       "mesh, or export it again"},
-      {"organ.mesh", kMedit, "1 2 3 4 0", "0 1 2 3 0",
-       "organ.mesh:12: a cell names vertex 0, but the vertices before it are 1 to 5; correct it, or export "
-       "the file again"},
-      {"organ.mesh", kMedit, "2 3 4 5 0", "2 3 4 6 0",
-       "organ.mesh:13: a cell names vertex 6, but the vertices before it are 1 to 5; correct it, or export "
-       "the file again"},
-      {"organ.mesh", kMedit, "Dimension 3", "Dimension 2",
-       "organ.mesh:2: the mesh has dimension 2, not 3; export a mesh in space"},
-      {"organ.vtk", kVtk, "POINTS 5", "POINTS 4",
-       "organ.vtk:10: '0.625' is no keyword of a VTK file; correct the count of the section before, or "
-       "export it again"},
-      {"organ.vtk", kVtk, "POINTS 5", "POINTS 2147483648",
-       "organ.vtk:5: 2147483648 is beyond 2147483647, where the number of points should be; renumber the "
-       "mesh, or export it again"},
-      {"organ.vtk", kVtk, "CELLS 2 10", "CELLS 2 9",
-       "organ.vtk:13: cell 1 with 4 nodes passes the end of its section; export the file again"},
-      {"organ.vtk", kVtk, "CELLS 2 10", "CELLS 2 -1",
-       "organ.vtk:11: the size of the cells is negative; export the file again"},
-      {"organ.vtk", kVtk, "4 1 2 3 4", "4 1 2 3 5",
-       "organ.vtk:13: cell 1 names point 5, where points are 0 to 4; export the file again"},
-      {"organ.vtk", kVtk, "4 1 2 3 4", "4 1 2 3 -1",
-       "organ.vtk:13: cell 1 names point -1, where points are 0 to 4; export the file again"},
-      {"organ.vtk", kVtk, "CELL_TYPES 2", "CELL_TYPES 3",
-       "organ.vtk:14: there are 3 cell types for 2 cells; export the file again"},
-      {"organ.vtk", kVtk, "Version 4.2", "Version 9.9",
-       "organ.vtk:1: version '9.9' of VTK's format is not known; write version 5.1 or older"},
-      {"organ.vtk", kVtk, "UNSTRUCTURED_GRID", "STRUCTURED_POINTS",
-       "organ.vtk:4: data of kind STRUCTURED_POINTS are no mesh; convert them to UNSTRUCTURED_GRID, such as "
-       "by ParaView's filter Tetrahedralize"},
-      {"organ.vtu", kVtu, "NumberOfPoints=\"5\"", "NumberOfPoints=\"6\"",
-       "organ.vtu:12: the file ends where a coordinate should be; export it again"},
-      {"organ.vtu", kVtu, "NumberOfPoints=\"5\"", "NumberOfPoints=\"4\"",
-       "organ.vtu:6: array 'Points' has more values than the mesh; export the file again"},
-      {"organ.vtu", kVtu, "NumberOfPoints=\"5\"", "NumberOfPoints=\"9223372036854775808\"",
-       "organ.vtu:4: NumberOfPoints is '9223372036854775808', where a count should be; export the file "
-       "again"},
-      {"organ.vtu", kVtu, "NumberOfCells=\"2\"", "NumberOfCells=\"-2\"",
-       "organ.vtu:4: NumberOfCells is '-2', where a count should be; export the file again"},
-      {"organ.vtu", kVtu, "\n1 2 3 4\n", "\n1 2 3 5\n",
-       "organ.vtu:17: cell 1 names point 5, where points are 0 to 4; export the file again"},
-      {"organ.vtu", kVtu, "4 8", "8 4", "organ.vtu:20: the offsets do not ascend; export the file again"},
-      {"organ.vtu", kVtu, "Float64", "Float128",
-       "organ.vtu:6: array 'Points' has the unknown type 'Float128'; export the file again"},
-      {"organ.vtu", kVtu, "</Points>", "",
-       "organ.vtu:26: is no complete XML (Start-end tags mismatch); copy or export it again"},
-      {"organ.vtu", kVtu, "0.625", "&c;",
-       "organ.vtu:11: '&c;' is no number, where a coordinate should be; correct it"},
-      {"organ.vtu", kVtu, "Name=\"types\" format=\"ascii\"", "Name=\"types\" format=\"binary\"",
-       "organ.vtu:22: array 'types' ends early; copy or export the file again"},
-      {"organ.vtu", kVtu, "Name=\"offsets\" format=\"ascii\">\n4 8",
-       "Name=\"offsets\" format=\"binary\">\nCAA?!",
-       "organ.vtu:19: array 'offsets' ends early; copy or export the file again"},
-      {"organ.vtu", kVtu, "Name=\"types\" format=\"ascii\"",
-       "Name=\"types\" format=\"appended\" offset=\"0\"",
-       "organ.vtu:22: array 'types' begins behind the end of the file; copy or export the file again"},
-      {"organ.inp", kInp, "2, 2, 3, 4, 5", "2, 2, 3, 4, 6",
-       "organ.inp:9: element 2 names node 6, which is not defined; define it with *NODE"},
-      {"organ.inp", kInp, "2, 2, 3, 4, 5", "1, 2, 3, 4, 5",
-       "organ.inp:9: element 1 is already defined at organ.inp:8; give one of them another label"},
-      {"organ.inp", kInp, "5, 0.625", "4, 0.625",
-       "organ.inp:6: node 4 is already defined at organ.inp:5; give one of them another label"},
-      {"organ.inp", kInp, "1, 1, 2, 3, 4", "1, 0, 1, 2, 3",
-       "organ.inp:8: 0 is not a node label; labels begin at 1"},
-      {"organ.inp", kInp, "1, 1, 2, 3, 4", "1, 1, 2, 3, 2147483648",
-       "organ.inp:8: '2147483648' is not a node label; write a whole number"},
-      {"organ.inp", kInp, "C3D4", "C3D99",
-       "organ.inp:7: elements of type C3D99 are not supported; mesh the body with tetrahedra, TYPE=C3D4, "
-       "C3D10 or C3D10H"},
-      {"organ.stl", kStl, "endfacet", "",
-       "organ.stl:9: 'facet' stands where 'endfacet' should be; export the file again"},
-      {"organ.stl", kStl, "vertex 1 0 0", "vertex 1 0",
-       "organ.stl:6: 'vertex' is no number, where a coordinate should be; correct it"},
-      {"organ.stl", kStl, "endsolid liver\n", "",
-       "organ.stl:16: the file ends where endsolid should be; export it again"},
-      {"organ.obj", kObj, "f 1 2 3", "f 0 1 2",
-       "organ.obj:5: '0' is none of the 4 vertices above, which count from 1; export the file again"},
-      {"organ.obj", kObj, "f 1 2 3", "f 1 2 5",
-       "organ.obj:5: '5' is none of the 4 vertices above, which count from 1; export the file again"},
-      {"organ.obj", kObj, "f 1 2 3", "f 1 2 2147483648",
-       "organ.obj:5: '2147483648' is none of the 4 vertices above, which count from 1; export the file "
-       "again"},
-      {"organ.obj", kObj, "f 1 2 3", "f 1 2", "organ.obj:5: a face needs three vertices; remove it"},
-      {"organ.obj", kObj, "v 0.625 1 1", "v 0.625 1",
-       "organ.obj:4: the line ends where a coordinate should be; add it"},
-      {"organ.ply", kPly, "vertex 4", "vertex 3",
-       "organ.ply:13: '0.625' is no integer, where the size of a list should be; correct it"},
-      {"organ.ply", kPly, "vertex 4", "vertex 5",
-       "organ.ply:15: a face needs three vertices; remove it, or correct the counts of the elements"},
-      {"organ.ply", kPly, "vertex 4", "vertex 2147483648",
-       "organ.ply:3: 2147483648 is beyond 2147483647, where the number of elements should be; renumber the "
-       "mesh, or export it again"},
-      {"organ.ply", kPly, "3 1 2 3", "3 1 2 4",
-       "organ.ply:15: a face names vertex 4, where vertices are 0 to 3; export the file again"},
-      {"organ.ply", kPly, "3 1 2 3", "2000000000 1 2 3",
-       "organ.ply:15: the file is too short for the 2000000000 numbers of a face; copy or export it again"},
-      {"organ.ply", kPly, "property double x\n", "",
-       "organ.ply:9: vertices have no properties x, y and z; export the file again"},
-  };
-  for (const Damage& damage : damages)
+  for (const Damage& damage : kDamages)
     expect_refusal(damage.name, edited(damage.text, damage.from, damage.to), damage.message);
 }
 
