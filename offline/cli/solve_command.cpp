@@ -22,7 +22,7 @@
 #include "offline/fem/static_solver.hpp"
 #include "offline/fem/step_loads.hpp"
 #include "offline/io/finished_file.hpp"
-#include "offline/io/vtu_format.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/mesh/geometry_check.hpp"
 #include "offline/mesh/inp_reader.hpp"
 #include "offline/mesh/input_error.hpp"

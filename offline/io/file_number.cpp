@@ -1,6 +1,7 @@
 #include "offline/io/file_number.hpp"
 
-#include <algorithm>
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -13,43 +14,26 @@ namespace palpate {
 namespace {
 
 struct NamedType {
-  std::string_view name;  // lower case
+  std::string_view name;
   NumberType type;
 };
 
 // "long" has eight bytes where VTK runs on Linux and macOS. VTK writes vtkIdType in four bytes.
-constexpr auto kNamedTypes = std::to_array<NamedType>({
+constexpr auto kSignedTypes = std::to_array<NamedType>({
     {"int8", NumberType::int8},
     {"char", NumberType::int8},
     {"signed_char", NumberType::int8},
-    {"vtktypeint8", NumberType::int8},
-    {"uint8", NumberType::uint8},
-    {"uchar", NumberType::uint8},
-    {"unsigned_char", NumberType::uint8},
-    {"vtktypeuint8", NumberType::uint8},
     {"int16", NumberType::int16},
     {"short", NumberType::int16},
-    {"vtktypeint16", NumberType::int16},
-    {"uint16", NumberType::uint16},
-    {"ushort", NumberType::uint16},
-    {"unsigned_short", NumberType::uint16},
-    {"vtktypeuint16", NumberType::uint16},
     {"int32", NumberType::int32},
     {"int", NumberType::int32},
     {"vtkidtype", NumberType::int32},
-    {"vtktypeint32", NumberType::int32},
-    {"uint32", NumberType::uint32},
-    {"uint", NumberType::uint32},
-    {"unsigned_int", NumberType::uint32},
-    {"vtktypeuint32", NumberType::uint32},
     {"int64", NumberType::int64},
     {"long", NumberType::int64},
     {"long_long", NumberType::int64},
-    {"vtktypeint64", NumberType::int64},
-    {"uint64", NumberType::uint64},
-    {"unsigned_long", NumberType::uint64},
-    {"unsigned_long_long", NumberType::uint64},
-    {"vtktypeuint64", NumberType::uint64},
+});
+
+constexpr auto kRealTypes = std::to_array<NamedType>({
     {"float32", NumberType::float32},
     {"float", NumberType::float32},
     {"float64", NumberType::float64},
@@ -63,39 +47,39 @@ double next_text_number(FileCursor& cursor, const char* what) {
   char* end = nullptr;
   const double number = std::strtod(copy.c_str(), &end);
   if (end != copy.c_str() && *end == 0 && word.size() == copy.size() && !std::isfinite(number)) return number;
-  cursor.fail("'" + printable(word) + "' is no number, where " + what + " should be; correct it");
+  cursor.fail_number(word, false, what);
 }
 
 }  // namespace
 
 std::optional<NumberType> number_type(std::string_view name) {
-  const auto lower = [](char letter) {
-    return letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter - 'A' + 'a') : letter;
-  };
-  for (const NamedType& known : kNamedTypes) {
-    if (std::ranges::equal(known.name, name, {}, {}, lower)) return known.type;
+  const std::string lower = lower_case(name);
+  std::string_view word = lower;
+  if (word.starts_with("vtktype")) word.remove_prefix(std::string_view("vtktype").size());
+  for (const NamedType& known : kRealTypes) {
+    if (known.name == word) return known.type;
+  }
+  const bool is_unsigned = word.starts_with('u');
+  if (is_unsigned)
+    word.remove_prefix(word.starts_with("unsigned_") ? std::string_view("unsigned_").size() : 1);
+  for (const NamedType& known : kSignedTypes) {
+    if (known.name == word)
+      return static_cast<NumberType>(static_cast<int>(known.type) + (is_unsigned ? 1 : 0));
   }
   return std::nullopt;
 }
 
+NumberType next_type(FileCursor& cursor) {
+  const std::string_view word = cursor.next_word("a type of numbers");
+  const std::optional<NumberType> type = number_type(word);
+  if (!type) cursor.fail("'" + printable(word) + "' is no type of numbers; write int, float or double");
+  return *type;
+}
+
 std::size_t num_bytes(NumberType type) {
-  switch (type) {
-    case NumberType::int8:
-    case NumberType::uint8:
-      return 1;
-    case NumberType::int16:
-    case NumberType::uint16:
-      return 2;
-    case NumberType::int32:
-    case NumberType::uint32:
-    case NumberType::float32:
-      return 4;
-    case NumberType::int64:
-    case NumberType::uint64:
-    case NumberType::float64:
-      return 8;
-  }
-  return 8;
+  if (type == NumberType::float32) return 4;
+  if (type == NumberType::float64) return 8;
+  return std::size_t{1} << (static_cast<int>(type) / 2);
 }
 
 double next_number(FileCursor& cursor, NumberType type, NumberCoding coding, const char* what) {
@@ -131,8 +115,7 @@ int next_index(FileCursor& cursor, NumberType type, NumberCoding coding, const c
   const double number = next_number(cursor, type, coding, what);
   constexpr double kSmallest = std::numeric_limits<int>::min(), kLargest = std::numeric_limits<int>::max();
   if (!(number >= kSmallest && number <= kLargest) || number != std::floor(number))
-    cursor.fail(std::string("a number is no index, where ") + what +
-                " should be; the file is damaged, export it again");
+    cursor.fail_number(fmt::format("{}", number), true, what);
   return static_cast<int>(number);
 }
 
@@ -144,22 +127,6 @@ void check_room(const FileCursor& cursor, std::size_t count, NumberType type, Nu
   if (count > most)
     cursor.fail("the file is too short for the " + std::to_string(count) + " numbers of " + what +
                 "; copy or export it again");
-}
-
-std::vector<double> next_numbers(FileCursor& cursor, std::size_t count, NumberType type, NumberCoding coding,
-                                 const char* what) {
-  check_room(cursor, count, type, coding, what);
-  std::vector<double> numbers(count);
-  for (double& number : numbers) number = next_number(cursor, type, coding, what);
-  return numbers;
-}
-
-std::vector<int> next_indices(FileCursor& cursor, std::size_t count, NumberType type, NumberCoding coding,
-                              const char* what) {
-  check_room(cursor, count, type, coding, what);
-  std::vector<int> numbers(count);
-  for (int& number : numbers) number = next_index(cursor, type, coding, what);
-  return numbers;
 }
 
 }  // namespace palpate

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
-#include <vector>
 
 #include "offline/io/file_cursor.hpp"
 
@@ -14,6 +13,7 @@ namespace palpate {
 // Far more components than an array for people has. Products with counts of points stay within 64 bits.
 inline constexpr int kMaxComponents = 1 << 16;
 
+// An unsigned type stands behind its signed type.
 enum class NumberType : std::uint8_t {
   int8,
   uint8,
@@ -33,6 +33,9 @@ enum class NumberCoding : std::uint8_t { text, little_endian, big_endian };
 // Capital letters do not matter.
 std::optional<NumberType> number_type(std::string_view name);
 
+// Returns the next word as a type.
+NumberType next_type(FileCursor& cursor);
+
 // Returns the size of a binary number.
 std::size_t num_bytes(NumberType type);
 
@@ -45,11 +48,5 @@ int next_index(FileCursor& cursor, NumberType type, NumberCoding coding, const c
 // Fails if the rest of the file is too short for `count` numbers. Readers call it before they reserve memory.
 void check_room(const FileCursor& cursor, std::size_t count, NumberType type, NumberCoding coding,
                 const char* what);
-
-// Return the next `count` numbers, after check_room().
-std::vector<double> next_numbers(FileCursor& cursor, std::size_t count, NumberType type, NumberCoding coding,
-                                 const char* what);
-std::vector<int> next_indices(FileCursor& cursor, std::size_t count, NumberType type, NumberCoding coding,
-                              const char* what);
 
 }  // namespace palpate

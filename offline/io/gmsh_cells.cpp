@@ -69,20 +69,6 @@ int num_kept_nodes(const GmshType& type) {
   return type.kind == tetrahedron ? type.num_nodes : num_corners(type.kind);
 }
 
-int dimension(CellKind kind) {
-  switch (kind) {
-    case point:
-      return 0;
-    case line:
-      return 1;
-    case triangle:
-    case quadrilateral:
-      return 2;
-    default:
-      return 3;
-  }
-}
-
 int gmsh_place(const GmshType& type, int i) {
   if (type.kind != tetrahedron || i < 8) return i;
   return i == 8 ? 9 : 8;

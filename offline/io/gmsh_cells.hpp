@@ -30,9 +30,6 @@ const GmshType& gmsh_type(const MeshCell& cell);
 // Returns the number of nodes that a MeshCell keeps: the corners, and the middles of tetrahedra.
 int num_kept_nodes(const GmshType& type);
 
-// Returns 0 for a point, 3 for a volume.
-int dimension(CellKind kind);
-
 // Returns the place of node `i` of a MeshCell in the order of Gmsh. Gmsh swaps the last two middles of
 // tetrahedra: 01 12 02 03 23 13. The function is its own inverse.
 int gmsh_place(const GmshType& type, int i);

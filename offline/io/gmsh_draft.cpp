@@ -6,11 +6,6 @@
 namespace palpate {
 namespace {
 
-void sort_set(std::vector<int>& set) {
-  std::sort(set.begin(), set.end());
-  set.erase(std::unique(set.begin(), set.end()), set.end());
-}
-
 void append(const std::vector<int>& from, std::vector<int>& to) {
   to.insert(to.end(), from.begin(), from.end());
 }
@@ -18,7 +13,8 @@ void append(const std::vector<int>& from, std::vector<int>& to) {
 }  // namespace
 
 void GmshDraft::add_node(int label, const Eigen::Vector3d& position) {
-  nodes_.add(label, static_cast<int>(mesh_.positions.size()));
+  nodes_.add(label, num_points_++);
+  if (!keeps_) return;
   mesh_.node_labels.push_back(label);
   mesh_.positions.push_back(position);
 }
@@ -29,8 +25,11 @@ void GmshDraft::end_nodes(int line) {
     in_.fail_at(line, "node " + std::to_string(*twice) + " stands twice in the nodes; renumber the nodes");
 }
 
-void GmshDraft::reserve_elements(std::size_t count) {
-  mesh_.cells.reserve(mesh_.cells.size() + count);
+void GmshDraft::end_elements(int line) {
+  has_elements_ = true;
+  if (const auto twice = cells_.sort())
+    in_.fail_at(line,
+                "element " + std::to_string(*twice) + " stands twice in the elements; renumber the elements");
 }
 
 int GmshDraft::find_node(int label) const {
@@ -41,13 +40,7 @@ int GmshDraft::find_node(int label) const {
   return *found;
 }
 
-int GmshDraft::find_cell(int label) {
-  if (!cells_are_sorted_) {
-    if (const auto twice = cells_.sort())
-      in_.fail("names elements, but element " + std::to_string(*twice) +
-               " stands twice in the elements; renumber the elements");
-    cells_are_sorted_ = true;
-  }
+int GmshDraft::find_cell(int label) const {
   const auto found = cells_.find(label);
   if (!found)
     in_.fail("element " + std::to_string(label) +
@@ -58,10 +51,9 @@ int GmshDraft::find_cell(int label) {
 // Whether the element is the last cell once more, for a further physical group. Formats 1 and 2 have one
 // group an element.
 bool GmshDraft::repeats_last(const GmshElement& element, const MeshCell& cell) const {
-  if (mesh_.cells.empty() || element.groups.size() != 1) return false;
-  const MeshCell& last = mesh_.cells.back();
+  if (num_cells_ == 0 || element.groups.size() != 1) return false;
   return last_group_ != 0 && element.groups[0] != 0 && element.groups[0] != last_group_ &&
-         element.entity == last_entity_ && last.kind == cell.kind && last.nodes == cell.nodes;
+         element.entity == last_entity_ && last_cell_.kind == cell.kind && last_cell_.nodes == cell.nodes;
 }
 
 void GmshDraft::add_element(const GmshElement& element) {
@@ -77,16 +69,20 @@ void GmshDraft::add_element(const GmshElement& element) {
 
   const bool has_group = std::ranges::any_of(element.groups, [](int group) { return group != 0; });
   const bool is_set_point = rank == 0 && has_group;
-  if (!is_set_point && !repeats_last(element, cell)) {
-    mesh_.cells.push_back(cell);
+  const bool repeats = !is_set_point && repeats_last(element, cell);
+  if (!is_set_point && !repeats) {
+    last_cell_ = cell;
+    ++num_cells_;
+    if (keeps_) mesh_.cells.push_back(cell);
     if (rank == 3 && cell.num_nodes < type.num_nodes) ++num_truncated_[&type];
   }
-  const int index = is_set_point ? -1 : static_cast<int>(mesh_.cells.size()) - 1;
-  cells_.add(element.label, index);
+  const int index = is_set_point ? -1 : num_cells_ - 1;
+  // Gmsh may repeat the number with the element.
+  if (!repeats || element.label != last_cell_.label) cells_.add(element.label, index);
   last_entity_ = element.entity;
   last_group_ = element.groups.size() == 1 ? element.groups[0] : 0;
   for (const int number : element.groups) {
-    if (number == 0) continue;
+    if (number == 0 || !keeps_) continue;
     // A negative number marks a reversed element.
     Group& group = groups_[{rank, std::abs(std::int64_t{number})}];
     if (!is_set_point) group.cells.push_back(index);
@@ -126,8 +122,8 @@ MeshData GmshDraft::finish() {
     if (!mesh_.node_sets.contains(name)) append(group.nodes, of_faces[name]);
   }
   mesh_.node_sets.merge(of_faces);
-  for (auto& [name, set] : mesh_.node_sets) sort_set(set);
-  for (auto& [name, set] : mesh_.element_sets) sort_set(set);
+  sort_sets(mesh_.node_sets);
+  sort_sets(mesh_.element_sets);
   for (const auto& [type, count] : num_truncated_)
     mesh_.notes.push_back(std::to_string(count) + " " + type->name + " are kept by their corners");
   return std::move(mesh_);

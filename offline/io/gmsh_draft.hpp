@@ -29,7 +29,10 @@ class GmshDraft {
  public:
   using GroupKey = std::pair<int, std::int64_t>;  // (dimension, number of the physical group)
 
-  explicit GmshDraft(const FileCursor& in) : in_(in) { mesh_.file = in.file(); }
+  // In the first pass the draft keeps labels alone.
+  GmshDraft(Pass pass, const FileCursor& in) : in_(in), keeps_(pass == Pass::build) {
+    mesh_.file = in.file();
+  }
 
   void add_name(int dimension, std::int64_t number, std::string name) {
     names_[{dimension, number}] = std::move(name);
@@ -38,16 +41,16 @@ class GmshDraft {
   void end_nodes(int line);
   bool has_nodes() const { return has_nodes_; }
 
-  void reserve_elements(std::size_t count);
   void add_element(const GmshElement& element);
-  void end_elements() { has_elements_ = true; }
+  void end_elements(int line);
   bool has_elements() const { return has_elements_; }
 
   // Return the index of a point or a cell. A cell that became a node of a set has the index -1.
   int find_node(int label) const;
-  int find_cell(int label);
-  std::size_t num_points() const { return mesh_.positions.size(); }
-  std::size_t num_cells() const { return mesh_.cells.size(); }
+  int find_cell(int label) const;
+  bool keeps() const { return keeps_; }
+  std::size_t num_points() const { return static_cast<std::size_t>(num_points_); }
+  std::size_t num_cells() const { return static_cast<std::size_t>(num_cells_); }
   void add_array(bool of_cells, MeshArray array);  // replaces an array of the same name
   void add_note(std::string note) { mesh_.notes.push_back(std::move(note)); }
 
@@ -63,7 +66,10 @@ class GmshDraft {
   std::string name_of(const GroupKey& key) const;
 
   const FileCursor& in_;
+  const bool keeps_;
   MeshData mesh_;
+  int num_points_ = 0;
+  int num_cells_ = 0;
   std::map<GroupKey, std::string> names_;
   std::map<GroupKey, Group> groups_;
   std::map<const GmshType*, std::size_t> num_truncated_;
@@ -71,7 +77,7 @@ class GmshDraft {
   LabelIndex cells_;
   bool has_nodes_ = false;
   bool has_elements_ = false;
-  bool cells_are_sorted_ = false;
+  MeshCell last_cell_;
   int last_entity_ = 0;
   int last_group_ = 0;
 };

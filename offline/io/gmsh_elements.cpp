@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "offline/io/gmsh_reader.hpp"
+#include "offline/mesh/text_number.hpp"
 
 namespace palpate {
 namespace {
@@ -33,8 +34,7 @@ void GmshReader::read_labels(GmshElement& element, bool wide) {
 
 void GmshReader::read_elements() {
   const std::size_t count = numbers_.text_count("the number of elements", 8, 8);
-  draft_.reserve_elements(count);
-  if (numbers_.is_binary) return read_binary_elements(count);
+  if (numbers_.is_binary()) return read_binary_elements(count);
   for (std::size_t i = 0; i < count; ++i) {
     GmshElement element;
     element.label = in_.next_integer("the number of an element");
@@ -90,12 +90,11 @@ void GmshReader::read_binary_elements(std::size_t count) {
 }
 
 void GmshReader::read_element_blocks() {
-  if (numbers_.is_binary) in_.next_line("the elements");
+  numbers_.end_line("the elements");
   const std::size_t num_blocks = numbers_.wide_count("the number of blocks of elements", 8, 20);
   const std::size_t total = numbers_.wide_count("the number of elements", 4, 16);
   numbers_.wide("the least number of an element");
   numbers_.wide("the largest number of an element");
-  draft_.reserve_elements(total);
   std::size_t num_read = 0;
   for (std::size_t block = 0; block < num_blocks; ++block) {
     numbers_.integer("the dimension of a block of elements");
@@ -118,7 +117,7 @@ void GmshReader::read_element_block(std::size_t count, const GmshType& type, int
   element.groups = groups;
   for (std::size_t i = 0; i < count; ++i) {
     element.label = numbers_.wide("the number of an element");
-    element.line = numbers_.is_binary ? 0 : in_.line();
+    element.line = numbers_.is_binary() ? 0 : in_.line();
     read_labels(element, true);
     draft_.add_element(element);
   }
@@ -130,7 +129,7 @@ MeshArray GmshReader::read_data_header(std::size_t& count) {
   const std::size_t num_names = in_.next_count("the number of string tags", 2);
   if (num_names > 0) in_.next_line("the number of string tags");
   for (std::size_t i = 0; i < num_names; ++i) {
-    const std::string name = unquoted(in_.next_line("a string tag"));
+    const std::string name = unquoted(trimmed(in_.next_line("a string tag")));
     if (i == 0) array.name = name;
   }
   const std::size_t num_reals = in_.next_count("the number of real tags", 2);
@@ -146,9 +145,9 @@ MeshArray GmshReader::read_data_header(std::size_t& count) {
     in_.fail("there are " + std::to_string(array.num_components) + " components, not 1 to " +
              std::to_string(kMostComponents) + "; correct it");
   const auto size = static_cast<std::size_t>(array.num_components);
-  count = in_.next_count("the number of values", numbers_.is_binary ? 4 + 8 * size : 2 + 2 * size);
+  count = in_.next_count("the number of values", numbers_.is_binary() ? 4 + 8 * size : 2 + 2 * size);
   for (int i = 3; i < num_integers; ++i) in_.next_integer("an integer tag");
-  if (numbers_.is_binary) in_.next_line("the integer tags");
+  numbers_.end_line("the integer tags");
   return array;
 }
 
@@ -159,7 +158,7 @@ void GmshReader::read_data(bool of_cells) {
   MeshArray array = read_data_header(count);
   const std::size_t num_items = of_cells ? draft_.num_cells() : draft_.num_points();
   const auto size = static_cast<std::size_t>(array.num_components);
-  const bool is_kept = num_items > 0 && count >= num_items / kLeastShare;
+  const bool is_kept = draft_.keeps() && num_items > 0 && count >= num_items / kLeastShare;
   std::vector<char> has_value(is_kept ? num_items : 0);
   if (is_kept) array.values.resize(num_items * size);
   for (std::size_t i = 0; i < count; ++i) {

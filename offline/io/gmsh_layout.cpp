@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <climits>
 
-#include "offline/io/set_combinations.hpp"
+#include "offline/io/reference_sets.hpp"
 
 namespace palpate {
 namespace {

@@ -1,8 +1,21 @@
+// Gmsh's mesh files: format 1, 2.0 to 2.2 and 4.1, text and binary.
+//
+// A physical group of dimension 3 becomes an element set. A group of curves or surfaces becomes an element
+// set of these cells and a node set of their nodes, the middles of quadratic cells included. A group of
+// points becomes a node set alone. Groups without a name are called POINT_7, CURVE_7, SURFACE_7 or VOLUME_7
+// by their number. $NodeData and $ElementData become arrays: the last time step of each name. The reader
+// skips all other sections.
+//
+// Source: Gmsh 4.11 reference manual, sections "MSH file format" and "Legacy formats".
+//
+// The ending of the name picks the format that is written, as in Gmsh: .msh1, .msh2 (2.2), .msh4 (4.1); .msh
+// is 4.1. Format 1 has text alone. Reading the file gives the same mesh, except for a node set that an
+// element set of curves or surfaces gains. A point cell in an element set becomes a node of a node set.
 #include "offline/io/gmsh_reader.hpp"
+#include "offline/io/mesh_formats.hpp"
 
 #include <array>
 
-#include "offline/io/gmsh_format.hpp"
 #include "offline/mesh/text_number.hpp"
 
 namespace palpate {
@@ -12,13 +25,9 @@ namespace {
 // take.
 constexpr std::size_t kMostGroups = 100;
 
-}  // namespace
+constexpr std::size_t kLongestName = 100;  // of a section
 
-std::string unquoted(std::string_view text) {
-  text = trimmed(text);
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = text.substr(1, text.size() - 2);
-  return std::string(text);
-}
+}  // namespace
 
 MeshData GmshReader::read() {
   while (in_.skip_blanks()) read_section();
@@ -28,12 +37,12 @@ MeshData GmshReader::read() {
 
 void GmshReader::read_section() {
   section_line_ = in_.line();
-  const std::string word(in_.next_word("a section"));
-  if (word.front() != '$')
+  const std::string_view word = in_.next_word("a section");
+  if (word.front() != '$' || word.size() > kLongestName)
     in_.fail(
         "'" + printable(word) +
         "' stands where a section such as $Nodes should begin; name a mesh file of Gmsh, or export it again");
-  const std::string name = word.substr(1);
+  const std::string name(word.substr(1));
   std::string end = "$End" + name;
   if (name == "MeshFormat") {
     read_format();
@@ -59,7 +68,7 @@ void GmshReader::read_section() {
     } else {
       read_elements();
     }
-    draft_.end_elements();
+    draft_.end_elements(section_line_);
   } else if (name == "NodeData" || name == "ElementData") {
     read_data(name == "ElementData");
   } else {
@@ -70,7 +79,7 @@ void GmshReader::read_section() {
 }
 
 void GmshReader::end_section(const std::string& end) {
-  const std::string word(in_.next_word(end.c_str()));
+  const std::string_view word = in_.next_word(end.c_str());
   if (word != end)
     in_.fail("'" + printable(word) + "' stands where " + end +
              " should be; the count of the section is wrong, so export the file again");
@@ -96,15 +105,14 @@ void GmshReader::read_format() {
   if (file_type != 0 && file_type != 1)
     in_.fail("the file type is " + std::to_string(file_type) + ", not 0 (text) or 1 (binary); correct it");
   const int data_size = in_.next_integer("the data size");
-  numbers_.is_binary = file_type == 1;
-  if (!numbers_.is_binary) return;
+  if (file_type == 0) return;
   if (data_size != 8)
     in_.fail("numbers have " + std::to_string(data_size) + " bytes, not 8; export the file again, as text");
   in_.next_line("the data size");
   const auto one = in_.next_binary<std::uint32_t>(false, "the byte order");
   if (one != 1 && one != 0x01000000U)
     in_.fail("the byte order after the format is damaged; copy the file again, in binary");
-  numbers_.is_big = one != 1;
+  numbers_.coding = one == 1 ? NumberCoding::little_endian : NumberCoding::big_endian;
 }
 
 void GmshReader::read_names() {
@@ -112,12 +120,12 @@ void GmshReader::read_names() {
   for (std::size_t i = 0; i < count; ++i) {
     const int dimension = in_.next_integer("the dimension of a physical name");
     const int number = in_.next_integer("the number of a physical name");
-    draft_.add_name(dimension, number, unquoted(in_.next_line("a physical name")));
+    draft_.add_name(dimension, number, unquoted(trimmed(in_.next_line("a physical name"))));
   }
 }
 
 void GmshReader::read_entities(bool partitioned) {
-  if (numbers_.is_binary) in_.next_line("the entities");
+  numbers_.end_line("the entities");
   if (partitioned) {
     numbers_.wide("the number of partitions");
     const std::size_t num_ghosts = numbers_.wide_count("the number of ghost entities", 4, 8);
@@ -169,7 +177,7 @@ void GmshReader::read_nodes(bool parametric) {
 }
 
 void GmshReader::read_node_blocks() {
-  if (numbers_.is_binary) in_.next_line("the nodes");
+  numbers_.end_line("the nodes");
   const std::size_t num_blocks = numbers_.wide_count("the number of blocks of nodes", 8, 20);
   const std::size_t total = numbers_.wide_count("the number of nodes", 8, 32);
   numbers_.wide("the least number of a node");
@@ -204,12 +212,7 @@ void GmshReader::expect_total(std::size_t found, std::size_t stated, const char*
 }
 
 MeshData read_gmsh(FileCursor& in) {
-  return GmshReader(in).read();
-}
-
-MeshData read_gmsh(const std::filesystem::path& file) {
-  FileCursor in(file);
-  return read_gmsh(in);
+  return read_twice<GmshReader>(in);
 }
 
 }  // namespace palpate

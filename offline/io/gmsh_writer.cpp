@@ -1,14 +1,12 @@
 // Writes Gmsh's files.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstdint>
-#include <iterator>
 #include <stdexcept>
 
+#include "offline/io/file_text.hpp"
 #include "offline/io/finished_file.hpp"
-#include "offline/io/gmsh_format.hpp"
 #include "offline/io/gmsh_layout.hpp"
+#include "offline/io/mesh_formats.hpp"
 
 namespace palpate {
 namespace {
@@ -32,58 +30,50 @@ class GmshWriter {
     if (version_ == 1) write_names();  // Gmsh knows a file of format 1 by its first word, $NOD
     for (const MeshArray& array : mesh_.point_arrays) write_data(array, false);
     for (const MeshArray& array : mesh_.cell_arrays) write_data(array, true);
-    return std::move(out_);
+    return std::move(out_.bytes);
   }
 
  private:
-  template <typename... Values>
-  void text(fmt::format_string<Values...> format, Values&&... values) {
-    fmt::format_to(std::back_inserter(out_), format, std::forward<Values>(values)...);
-  }
-
-  template <typename Number>
-  void binary(Number number) {
-    out_.append(reinterpret_cast<const char*>(&number), sizeof number);
-  }
-
   // A number of 4 bytes in a binary file.
-  void integer(int number) { is_binary_ ? binary(std::int32_t{number}) : text("{} ", number); }
+  void integer(int number) { is_binary_ ? out_.binary(std::int32_t{number}) : out_.text("{} ", number); }
 
   // A label or a count of format 4.1, 8 bytes in a binary file.
-  void wide(std::size_t number) { is_binary_ ? binary(std::uint64_t{number}) : text("{} ", number); }
+  void wide(std::size_t number) {
+    is_binary_ ? out_.binary(std::uint64_t{number}) : out_.text("{} ", number);
+  }
   void wide(int number) { wide(static_cast<std::size_t>(number)); }
 
-  void real(double number) { is_binary_ ? binary(number) : text("{} ", number); }
+  void real(double number) { is_binary_ ? out_.binary(number) : out_.text("{} ", number); }
 
   void end_row() {
     if (is_binary_) return;
-    if (out_.back() == ' ') out_.pop_back();
-    out_ += '\n';
+    if (out_.bytes.back() == ' ') out_.bytes.pop_back();
+    out_.bytes += '\n';
   }
 
   void end_section(const char* end) {
-    if (is_binary_) out_ += '\n';
-    text("{}\n", end);
+    if (is_binary_) out_.bytes += '\n';
+    out_.text("{}\n", end);
   }
 
   void write_format() {
-    text("$MeshFormat\n{} {} 8\n", version_ == 4 ? "4.1" : "2.2", is_binary_ ? 1 : 0);
+    out_.text("$MeshFormat\n{} {} 8\n", version_ == 4 ? "4.1" : "2.2", is_binary_ ? 1 : 0);
     if (is_binary_) {
-      binary(std::int32_t{1});  // shows the byte order
-      out_ += '\n';
+      out_.binary(std::int32_t{1});  // shows the byte order
+      out_.bytes += '\n';
     }
-    text("$EndMeshFormat\n");
+    out_.text("$EndMeshFormat\n");
   }
 
   void write_names() {
     std::size_t count = 0;
     for (const auto& groups : layout_.groups) count += groups.size();
     if (count == 0) return;
-    text("$PhysicalNames\n{}\n", count);
+    out_.text("$PhysicalNames\n{}\n", count);
     for (std::size_t rank = 0; rank < 4; ++rank) {
-      for (const auto& [name, number] : layout_.groups[rank]) text("{} {} \"{}\"\n", rank, number, name);
+      for (const auto& [name, number] : layout_.groups[rank]) out_.text("{} {} \"{}\"\n", rank, number, name);
     }
-    text("$EndPhysicalNames\n");
+    out_.text("$EndPhysicalNames\n");
   }
 
   void position(int node) {
@@ -98,7 +88,7 @@ class GmshWriter {
       low = i == 0 ? mesh_.positions[i] : low.cwiseMin(mesh_.positions[i]);
       high = i == 0 ? mesh_.positions[i] : high.cwiseMax(mesh_.positions[i]);
     }
-    text("$Entities\n");
+    out_.text("$Entities\n");
     for (const auto& entities : layout_.entities) wide(entities.size());
     end_row();
     for (std::size_t rank = 0; rank < 4; ++rank) {
@@ -121,7 +111,7 @@ class GmshWriter {
   }
 
   void write_node_block() {
-    text("$Nodes\n");
+    out_.text("$Nodes\n");
     const std::size_t count = mesh_.positions.size();
     const auto [least, largest] = std::minmax_element(layout_.node_labels.begin(), layout_.node_labels.end());
     int rank = 3;
@@ -164,7 +154,7 @@ class GmshWriter {
     for (std::size_t begin = 0; begin < rows.size(); begin = end_of_block(begin)) ++num_blocks;
     int least = rows.empty() ? 0 : rows[0].label;
     for (const GmshRow& row : rows) least = std::min(least, row.label);
-    text("$Elements\n");
+    out_.text("$Elements\n");
     wide(num_blocks);
     wide(rows.size());
     wide(least);
@@ -194,7 +184,7 @@ class GmshWriter {
   }
 
   void write_nodes() {
-    text("{}\n{}\n", version_ == 1 ? "$NOD" : "$Nodes", mesh_.positions.size());
+    out_.text("{}\n{}\n", version_ == 1 ? "$NOD" : "$Nodes", mesh_.positions.size());
     for (std::size_t i = 0; i < mesh_.positions.size(); ++i) {
       integer(layout_.node_labels[i]);
       position(static_cast<int>(i));
@@ -208,7 +198,7 @@ class GmshWriter {
     std::size_t count = 0;
     for (const GmshRow& row : layout_.rows)
       count += std::max(std::size_t{1}, layout_.entity_of(row).groups.size());
-    text("{}\n{}\n", version_ == 1 ? "$ELM" : "$Elements", count);
+    out_.text("{}\n{}\n", version_ == 1 ? "$ELM" : "$Elements", count);
     int label = layout_.largest_label;
     for (const GmshRow& row : layout_.rows) {
       const std::vector<int>& groups = layout_.entity_of(row).groups;
@@ -239,8 +229,8 @@ class GmshWriter {
   void write_data(const MeshArray& array, bool of_cells) {
     const std::size_t count = of_cells ? mesh_.cells.size() : mesh_.positions.size();
     const auto size = static_cast<std::size_t>(array.num_components);
-    text("{}\n1\n\"{}\"\n1\n0\n3\n0\n{}\n{}\n", of_cells ? "$ElementData" : "$NodeData", array.name, size,
-         count);
+    out_.text("{}\n1\n\"{}\"\n1\n0\n3\n0\n{}\n{}\n", of_cells ? "$ElementData" : "$NodeData", array.name,
+              size, count);
     for (std::size_t i = 0; i < count; ++i) {
       integer(of_cells ? layout_.rows[i].label : layout_.node_labels[i]);
       for (std::size_t k = 0; k < size; ++k) real(array.values[i * size + k]);
@@ -253,7 +243,7 @@ class GmshWriter {
   const GmshLayout layout_;
   const int version_;  // 1, 2 or 4
   const bool is_binary_;
-  std::string out_;
+  FileText out_;
 };
 
 void check_name(const std::filesystem::path& file, const std::string& name) {

@@ -1,11 +1,9 @@
 #include "offline/io/inp_format.hpp"
 
-#include <fmt/format.h>
-
-#include <iterator>
-#include <stdexcept>
+#include <utility>
 #include <vector>
 
+#include "offline/io/file_text.hpp"
 #include "offline/io/finished_file.hpp"
 #include "offline/io/model_from_mesh.hpp"
 #include "offline/mesh/inp_reader.hpp"
@@ -13,38 +11,35 @@
 namespace palpate {
 namespace {
 
-using Text = fmt::memory_buffer;
-
-void write_elements(const MeshData& mesh, int num_nodes, Text& text) {
+void write_elements(const MeshData& mesh, int num_nodes, FileText& out) {
   bool has_keyword = false;
   for (const MeshCell& cell : mesh.cells) {
     if (cell.kind != CellKind::tetrahedron || cell.num_nodes != num_nodes) continue;
-    if (!has_keyword)
-      fmt::format_to(std::back_inserter(text), "*ELEMENT, TYPE=C3D{}, ELSET=ALL\n", num_nodes);
+    if (!has_keyword) out.text("*ELEMENT, TYPE=C3D{}, ELSET=ALL\n", num_nodes);
     has_keyword = true;
-    fmt::format_to(std::back_inserter(text), "{}", cell.label);
+    out.text("{}", cell.label);
     for (int a = 0; a < num_nodes; ++a) {
       const int node = cell.nodes[static_cast<size_t>(a)];
-      fmt::format_to(std::back_inserter(text), ", {}", mesh.node_labels[static_cast<size_t>(node)]);
+      out.text(", {}", mesh.node_labels[static_cast<size_t>(node)]);
     }
-    fmt::format_to(std::back_inserter(text), "\n");
+    out.text("\n");
   }
 }
 
 // Writes a set as lines of at most 16 labels. `label_of`: the label of a member; 0: not a member of the file.
 template <typename LabelOf>
 void write_set(const char* keyword, const std::string& name, const std::vector<int>& members,
-               const LabelOf& label_of, Text& text) {
+               const LabelOf& label_of, FileText& out) {
   constexpr int kPerLine = 16;
   int count = 0;
   for (const int member : members) {
     const int label = label_of(member);
     if (label == 0) continue;
-    if (count == 0) fmt::format_to(std::back_inserter(text), "*{0}, {0}={1}\n", keyword, name);
-    fmt::format_to(std::back_inserter(text), "{}{}", count % kPerLine == 0 ? "" : ", ", label);
-    if (++count % kPerLine == 0) fmt::format_to(std::back_inserter(text), "\n");
+    if (count == 0) out.text("*{0}, {0}={1}\n", keyword, name);
+    out.text("{}{}", count % kPerLine == 0 ? "" : ", ", label);
+    if (++count % kPerLine == 0) out.text("\n");
   }
-  if (count % kPerLine != 0) fmt::format_to(std::back_inserter(text), "\n");
+  if (count % kPerLine != 0) out.text("\n");
 }
 
 // Quotes a name that a reader of .inp would change: blanks, commas, lower case.
@@ -64,25 +59,25 @@ MeshData read_inp_mesh_file(const std::filesystem::path& file) {
 }
 
 std::string inp_mesh_text(const MeshData& mesh) {
-  Text text;
-  fmt::format_to(std::back_inserter(text), "*NODE\n");
+  FileText out;
+  out.text("*NODE\n");
   for (size_t node = 0; node < mesh.positions.size(); ++node) {
     const Eigen::Vector3d& x = mesh.positions[node];
-    fmt::format_to(std::back_inserter(text), "{}, {}, {}, {}\n", mesh.node_labels[node], x[0], x[1], x[2]);
+    out.text("{}, {}, {}, {}\n", mesh.node_labels[node], x[0], x[1], x[2]);
   }
-  write_elements(mesh, 4, text);
-  write_elements(mesh, 10, text);
+  write_elements(mesh, 4, out);
+  write_elements(mesh, 10, out);
   const auto node_label = [&](int node) { return mesh.node_labels[static_cast<size_t>(node)]; };
   const auto cell_label = [&](int index) {
     const MeshCell& cell = mesh.cells[static_cast<size_t>(index)];
     return cell.kind == CellKind::tetrahedron ? cell.label : 0;
   };
   for (const auto& [name, members] : mesh.node_sets)
-    write_set("NSET", quoted(name), members, node_label, text);
+    write_set("NSET", quoted(name), members, node_label, out);
   for (const auto& [name, members] : mesh.element_sets) {
-    if (name != "ALL") write_set("ELSET", quoted(name), members, cell_label, text);
+    if (name != "ALL") write_set("ELSET", quoted(name), members, cell_label, out);
   }
-  return fmt::to_string(text);
+  return std::move(out.bytes);
 }
 
 void write_inp_mesh(const MeshData& mesh, const WriteOptions& /*options*/,

@@ -2,43 +2,52 @@
 #pragma once
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <utility>
 #include <vector>
 
 namespace palpate {
 
+// Labels in a row with indices in a row take one entry together, so a usual mesh takes next to no memory.
 class LabelIndex {
  public:
-  void add(int label, int index) { entries_.emplace_back(label, index); }
+  void add(int label, int index) {
+    if (!runs_.empty()) {
+      Run& last = runs_.back();
+      if (label == last.label + last.size && index == last.index + last.size) {
+        ++last.size;
+        return;
+      }
+    }
+    runs_.push_back({label, index});
+  }
 
   // Ends the adding. Returns a label that was added twice, or nothing.
   std::optional<int> sort() {
-    if (!std::is_sorted(entries_.begin(), entries_.end())) std::sort(entries_.begin(), entries_.end());
-    const auto twice = std::adjacent_find(entries_.begin(), entries_.end(),
-                                          [](const auto& a, const auto& b) { return a.first == b.first; });
-    return twice == entries_.end() ? std::nullopt : std::optional<int>(twice->first);
+    std::ranges::sort(runs_, {}, &Run::label);
+    for (std::size_t i = 1; i < runs_.size(); ++i) {
+      if (runs_[i].label < runs_[i - 1].label + runs_[i - 1].size) return runs_[i].label;
+    }
+    return std::nullopt;
   }
 
-  // Returns the index behind a label, or nothing. Cost: O(1) for labels without gaps, else O(log labels).
+  // Returns the index behind a label, or nothing. Cost: O(log runs).
   std::optional<int> find(int label) const {
-    if (entries_.empty()) return std::nullopt;
-    const std::int64_t guess = std::int64_t{label} - entries_.front().first;
-    if (guess < 0) return std::nullopt;
-    if (guess < static_cast<std::int64_t>(entries_.size())) {
-      const auto& entry = entries_[static_cast<std::size_t>(guess)];
-      if (entry.first == label) return entry.second;
-    }
-    const auto found = std::lower_bound(entries_.begin(), entries_.end(), label,
-                                        [](const auto& entry, int sought) { return entry.first < sought; });
-    if (found == entries_.end() || found->first != label) return std::nullopt;
-    return found->second;
+    auto run = std::ranges::upper_bound(runs_, std::int64_t{label}, {}, &Run::label);
+    if (run == runs_.begin()) return std::nullopt;
+    --run;
+    const std::int64_t offset = label - run->label;
+    if (offset >= run->size) return std::nullopt;
+    return static_cast<int>(run->index + offset);
   }
 
  private:
-  std::vector<std::pair<int, int>> entries_;  // (label, index)
+  struct Run {
+    std::int64_t label;
+    int index;
+    int size = 1;
+  };
+  std::vector<Run> runs_;
 };
 
 }  // namespace palpate

@@ -1,13 +1,23 @@
-#include "offline/io/medit_format.hpp"
-
+// Medit's text mesh files, .mesh, as Mmg, Gmsh and libMeshb write them.
+//
+// References become sets REF_n: of vertices node sets, of cells element sets. Edges, triangles and
+// quadrilaterals also give their nodes to the node set of their reference. Quadratic tetrahedra keep their
+// middles, other quadratic cells their corners. Sections without cells, such as Normals, are skipped.
+//
+// Source: L. Marechal, libMeshb 7, "Handling meshes and solutions files", and P. Frey, "Medit", INRIA
+// RT-0253, 2001.
+//
+// The writer's comments tell the names of sets. The format has no labels and no arrays, and groups cells by
+// kind.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <iterator>
 
+#include "offline/io/file_text.hpp"
 #include "offline/io/finished_file.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/middle_order.hpp"
 #include "offline/io/reference_sets.hpp"
 #include "offline/mesh/text_number.hpp"
@@ -50,8 +60,10 @@ bool begins_with_letter(std::string_view word) {
 
 class MeditReader {
  public:
-  explicit MeditReader(FileCursor& in) : in_(in) {
-    in_.set_comment('#', [this](std::string_view comment) { sets_.read_comment(comment); });
+  MeditReader(Pass pass, FileCursor& in) : in_(in), keeps_(pass == Pass::build) {
+    in_.set_comment('#', [this](std::string_view comment) {
+      if (keeps_) sets_.read_comment(comment);
+    });
   }
   MeditReader(const MeditReader&) = delete;
   MeditReader& operator=(const MeditReader&) = delete;
@@ -66,7 +78,8 @@ class MeditReader {
       if (keyword == "End") break;
       read_section(keyword, line);
     }
-    if (mesh_.positions.empty()) in_.fail("has no Vertices; export the file again");
+    if (num_points_ == 0) in_.fail("has no Vertices; export the file again");
+    number_from_one(mesh_);
     sort_middles(mesh_);
     sets_.fill(mesh_);
     return std::move(mesh_);
@@ -76,8 +89,9 @@ class MeditReader {
   void read_header() {
     const std::string word(in_.next_word(kFirstWord));
     if (word != kFirstWord)
-      in_.fail("begins with '" + printable(word) + "', not with " + kFirstWord +
-               "; name a text file of Medit, or export the mesh as one");
+      in_.fail(
+          fmt::format("begins with '{}', not with {}; name a text file of Medit, or export the mesh as one",
+                      printable(word), kFirstWord));
     in_.next_integer("the version");
   }
 
@@ -88,7 +102,7 @@ class MeditReader {
       read_cells(*section);
     } else if (keyword == "Dimension") {
       if (const int dimension = in_.next_integer("the dimension"); dimension != 3)
-        in_.fail("the mesh has dimension " + std::to_string(dimension) + ", not 3; export a mesh in space");
+        in_.fail(fmt::format("the mesh has dimension {}, not 3; export a mesh in space", dimension));
     } else if (keyword == "Vertices") {
       read_vertices();
     } else if (keyword.starts_with("Tetrahedra") || keyword.starts_with("Hexahedra") ||
@@ -101,15 +115,15 @@ class MeditReader {
   }
 
   void read_vertices() {
-    if (!mesh_.positions.empty()) in_.fail("second Vertices begin; keep one mesh in the file");
+    if (num_points_ > 0) in_.fail("second Vertices begin; keep one mesh in the file");
     const std::size_t count = in_.next_count("the number of vertices", 8);
-    mesh_.positions.reserve(count);
-    for (std::size_t i = 0; i < count; ++i) {
+    for (; num_points_ < static_cast<int>(count); ++num_points_) {
       Eigen::Vector3d position;
-      for (int axis = 0; axis < 3; ++axis) position[axis] = in_.next_number("a coordinate");
-      sets_.add_node(in_.next_integer("the reference of a vertex"), static_cast<int>(i));
+      for (double& coordinate : position) coordinate = in_.next_number("a coordinate");
+      const int reference = in_.next_integer("the reference of a vertex");
+      if (!keeps_) continue;
+      sets_.add_node(reference, num_points_);
       mesh_.positions.push_back(position);
-      mesh_.node_labels.push_back(static_cast<int>(i) + 1);
     }
   }
 
@@ -119,15 +133,14 @@ class MeditReader {
     const bool is_volume = num_corners(section.kind) > 4 || section.kind == tetrahedron;
     const int num_kept = section.kind == tetrahedron ? section.num_nodes : num_corners(section.kind);
     std::vector<int> nodes(num_nodes);
-    mesh_.cells.reserve(mesh_.cells.size() + count);
     for (std::size_t i = 0; i < count; ++i) {
       MeshCell cell = {.kind = section.kind, .num_nodes = num_kept};
       for (int& node : nodes) node = next_node();
       cell.line = in_.line();
       std::copy_n(nodes.begin(), num_kept, cell.nodes.begin());
       const int reference = in_.next_integer("the reference of a cell");
+      if (!keeps_) continue;
       const int index = static_cast<int>(mesh_.cells.size());
-      cell.label = index + 1;
       mesh_.cells.push_back(cell);
       if (is_volume) {
         sets_.add_cell(reference, index);
@@ -141,23 +154,26 @@ class MeditReader {
 
   int next_node() {
     const int number = in_.next_integer("a vertex of a cell");
-    if (number < 1 || static_cast<std::size_t>(number) > mesh_.positions.size())
-      in_.fail("a cell names vertex " + std::to_string(number) + ", but the vertices before it are 1 to " +
-               std::to_string(mesh_.positions.size()) + "; correct it, or export the file again");
+    if (number < 1 || number > num_points_)
+      in_.fail(
+          fmt::format("a cell names vertex {}, but the vertices before it are 1 to {}; correct it, or "
+                      "export the file again",
+                      number, num_points_));
     return number - 1;
   }
 
   void skip_section(const std::string& keyword, int line) {
     if (!begins_with_letter(keyword))
-      in_.fail_at(line,
-                  "'" + printable(keyword) +
-                      "' stands where a keyword should be; the count of the section before is wrong, so "
-                      "export the file again");
+      in_.fail_at(line, fmt::format("'{}' stands where a keyword should be; the count of the section before "
+                                    "is wrong, so export the file again",
+                                    printable(keyword)));
     while (in_.skip_blanks() && !begins_with_letter(in_.peek_word())) in_.next_word("a number");
   }
 
   FileCursor& in_;
+  const bool keeps_;
   MeshData mesh_;
+  int num_points_ = 0;
   ReferenceSets sets_{"REF_", "REF_"};
 };
 
@@ -169,23 +185,18 @@ class MeditWriter {
         cells_(number_references(mesh.element_sets, mesh.cells.size(), "cells", "REF_")) {}
 
   std::string write() {
-    out_ = "MeshVersionFormatted 2\nDimension 3\n" + nodes_.comments + cells_.comments;
-    text("Vertices\n{}\n", mesh_.positions.size());
+    out_.text("MeshVersionFormatted 2\nDimension 3\n{}{}", nodes_.comments, cells_.comments);
+    out_.text("Vertices\n{}\n", mesh_.positions.size());
     for (std::size_t i = 0; i < mesh_.positions.size(); ++i) {
       const Eigen::Vector3d& place = mesh_.positions[i];
-      text("{} {} {} {}\n", place.x(), place.y(), place.z(), nodes_.of_item[i]);
+      out_.text("{} {} {} {}\n", place.x(), place.y(), place.z(), nodes_.of_item[i]);
     }
     for (const Section& section : kSections) write_cells(section);
-    out_ += "End\n";
-    return std::move(out_);
+    out_.text("End\n");
+    return std::move(out_.bytes);
   }
 
  private:
-  template <typename... Values>
-  void text(fmt::format_string<Values...> format, Values&&... values) {
-    fmt::format_to(std::back_inserter(out_), format, std::forward<Values>(values)...);
-  }
-
   void write_cells(const Section& section) {
     const auto is_here = [&](const MeshCell& cell) {
       return cell.kind == section.kind && cell.num_nodes == section.num_nodes;
@@ -194,30 +205,25 @@ class MeditWriter {
     // Two keywords name the same cells in files of different programs.
     const std::string_view keyword = section.keyword;
     if (count == 0 || keyword == "Pentahedra" || keyword == "Hexaedra") return;
-    text("{}\n{}\n", keyword, count);
+    out_.text("{}\n{}\n", keyword, count);
     for (std::size_t i = 0; i < mesh_.cells.size(); ++i) {
       const MeshCell& cell = mesh_.cells[i];
       if (!is_here(cell)) continue;
-      for (int k = 0; k < cell.num_nodes; ++k) text("{} ", cell.nodes[static_cast<std::size_t>(k)] + 1);
-      text("{}\n", cells_.of_item[i]);
+      for (int k = 0; k < cell.num_nodes; ++k) out_.text("{} ", cell.nodes[static_cast<std::size_t>(k)] + 1);
+      out_.text("{}\n", cells_.of_item[i]);
     }
   }
 
   const MeshData& mesh_;
   const WrittenReferences nodes_;
   const WrittenReferences cells_;
-  std::string out_;
+  FileText out_;
 };
 
 }  // namespace
 
 MeshData read_medit(FileCursor& in) {
-  return MeditReader(in).read();
-}
-
-MeshData read_medit(const std::filesystem::path& file) {
-  FileCursor in(file);
-  return read_medit(in);
+  return read_twice<MeditReader>(in);
 }
 
 void write_medit(const MeshData& mesh, const WriteOptions&, const std::filesystem::path& file) {

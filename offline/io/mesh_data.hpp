@@ -57,7 +57,13 @@ const char* plural_name(CellKind kind);
 // Returns the number of corners: 1 for a point, 8 for a hexahedron.
 int num_corners(CellKind kind);
 
+// Returns 0 for a point, 3 for a volume.
+int dimension(CellKind kind);
+
 // Labels nodes and cells from 1, for formats without labels.
 void number_from_one(MeshData& mesh);
+
+// Sorts each set and removes members that stand in it twice.
+void sort_sets(std::map<std::string, std::vector<int>>& sets);
 
 }  // namespace palpate

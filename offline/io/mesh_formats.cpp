@@ -1,41 +1,39 @@
 #include "offline/io/mesh_formats.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cctype>
 #include <stdexcept>
 
-#include "offline/io/gmsh_format.hpp"
 #include "offline/io/inp_format.hpp"
-#include "offline/io/medit_format.hpp"
-#include "offline/io/obj_format.hpp"
-#include "offline/io/ply_format.hpp"
-#include "offline/io/stl_format.hpp"
-#include "offline/io/tetgen_format.hpp"
-#include "offline/io/vtk_format.hpp"
-#include "offline/io/vtu_format.hpp"
 #include "offline/mesh/input_error.hpp"
+#include "offline/mesh/text_number.hpp"
 
 namespace palpate {
 namespace {
 
+template <MeshData (*Read)(FileCursor& in)>
+MeshData read_file(const std::filesystem::path& file) {
+  FileCursor in(file);
+  return Read(in);
+}
+
+// `file`: either of TetGen's two files; the other stands beside it.
+MeshData read_tetgen_files(const std::filesystem::path& file) {
+  FileCursor nodes(std::filesystem::path(file).replace_extension(".node"));
+  FileCursor elements(std::filesystem::path(file).replace_extension(".ele"));
+  return read_tetgen(nodes, elements);
+}
+
 constexpr std::array kFormats = {
     MeshFormat{"Abaqus", ".inp", read_inp_mesh_file, write_inp_mesh},
-    MeshFormat{"Gmsh", ".msh .msh1 .msh2 .msh4", read_gmsh, write_gmsh},
-    MeshFormat{"Medit", ".mesh", read_medit, write_medit},
-    MeshFormat{"TetGen", ".node .ele", read_tetgen, write_tetgen},
-    MeshFormat{"VTK", ".vtk", read_vtk, write_vtk},
-    MeshFormat{"VTU", ".vtu", read_vtu, write_vtu},
-    MeshFormat{"STL", ".stl", read_stl, write_stl},
-    MeshFormat{"OBJ", ".obj", read_obj, write_obj},
-    MeshFormat{"PLY", ".ply", read_ply, write_ply},
+    MeshFormat{"Gmsh", ".msh .msh1 .msh2 .msh4", read_file<read_gmsh>, write_gmsh},
+    MeshFormat{"Medit", ".mesh", read_file<read_medit>, write_medit},
+    MeshFormat{"TetGen", ".node .ele", read_tetgen_files, write_tetgen},
+    MeshFormat{"VTK", ".vtk", read_file<read_vtk>, write_vtk},
+    MeshFormat{"VTU", ".vtu", read_file<read_vtu>, write_vtu},
+    MeshFormat{"STL", ".stl", read_file<read_stl>, write_stl},
+    MeshFormat{"OBJ", ".obj", read_file<read_obj>, write_obj},
+    MeshFormat{"PLY", ".ply", read_file<read_ply>, write_ply},
 };
-
-std::string lower_case(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
-  return text;
-}
 
 const MeshFormat* find_format(const std::filesystem::path& file) {
   const std::string extension = lower_case(file.extension().string());

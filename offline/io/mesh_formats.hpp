@@ -1,10 +1,12 @@
-// The mesh formats by name and ending. Each format has a file of its own: `gmsh_format`, `vtk_format`, ...
+// The mesh formats by name and ending. A format's own file tells what it keeps: gmsh_reader.cpp,
+// vtk_format.cpp, ...
 #pragma once
 
 #include <filesystem>
 #include <span>
 #include <string>
 
+#include "offline/io/file_cursor.hpp"
 #include "offline/io/mesh_data.hpp"
 
 namespace palpate {
@@ -29,5 +31,25 @@ MeshData read_mesh(const std::filesystem::path& file);
 
 // Writes a mesh by the ending of the name. Throws std::runtime_error with a remedy.
 void write_mesh(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file);
+
+// Throw InputError.
+MeshData read_gmsh(FileCursor& in);
+MeshData read_medit(FileCursor& in);
+MeshData read_vtk(FileCursor& in);
+MeshData read_vtu(FileCursor& in);
+MeshData read_stl(FileCursor& in);
+MeshData read_obj(FileCursor& in);
+MeshData read_ply(FileCursor& in);
+MeshData read_tetgen(FileCursor& nodes, FileCursor& elements);
+
+// Throw std::runtime_error where the format cannot hold the mesh.
+void write_gmsh(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file);
+void write_medit(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file);
+void write_tetgen(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file);
+void write_vtk(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file);
+void write_vtu(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file);
+void write_stl(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file);
+void write_obj(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file);
+void write_ply(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file);
 
 }  // namespace palpate

@@ -1,98 +1,90 @@
-#include "offline/io/obj_format.hpp"
-
+// OBJ files: "v x y z" and "f a b c ..." with indices from 1, or from the end if negative. "a/b/c" names
+// texture and normal behind the vertex. Polygons become triangles; other lines are passed over.
+// Written are the mesh's triangles, or the outer faces of its tetrahedra (surface_cells.hpp).
 #include <fmt/format.h>
 
-#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "offline/io/file_text.hpp"
 #include "offline/io/finished_file.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/surface_cells.hpp"
 #include "offline/mesh/text_number.hpp"
 
 namespace palpate {
 namespace {
 
-// Removes the first word of `text` and returns it; empty at the end.
-std::string_view cut_word(std::string_view& text) {
-  text = trimmed(text);
-  const std::string_view word = text.substr(0, text.find_first_of(" \t\v\f"));
-  text.remove_prefix(word.size());
-  return word;
-}
-
 class ObjReader {
  public:
-  explicit ObjReader(FileCursor& cursor) : cursor_(cursor) { mesh_.file = cursor.file(); }
+  ObjReader(Pass pass, FileCursor& cursor) : cursor_(cursor), keeps_(pass == Pass::build) {
+    mesh_.file = cursor.file();
+  }
 
   MeshData read() {
-    while (!cursor_.at_end()) {
-      line_ = cursor_.line();
-      std::string_view text = cursor_.next_line("a line");
-      const std::string_view keyword = cut_word(text);
-      if (keyword == "v") read_vertex(text);
-      if (keyword == "f") read_face(text);
+    while (cursor_.skip_blanks()) {
+      const std::string_view keyword = cursor_.next_word("a keyword");
+      if (keyword == "v") read_vertex();
+      if (keyword == "f") read_face();
+      if (!cursor_.at_end()) cursor_.next_line("the rest of a line");
     }
-    if (mesh_.cells.empty()) cursor_.fail_at(0, "has no faces; export a surface, or check the file's ending");
+    if (!has_faces_) cursor_.fail_at(0, "has no faces; export a surface, or check the file's ending");
     number_from_one(mesh_);
     return std::move(mesh_);
   }
 
  private:
   // Colours and weights may follow.
-  void read_vertex(std::string_view text) {
+  void read_vertex() {
     Eigen::Vector3d point;
     for (double& coordinate : point) {
-      const std::string_view word = cut_word(text);
-      const std::optional<double> number = parse_number(word);
-      if (!number)
-        cursor_.fail_at(line_,
-                        "'" + printable(word) + "' is no number, where a coordinate should be; correct it");
-      coordinate = *number;
+      if (!cursor_.has_word_in_line()) cursor_.fail("the line ends where a coordinate should be; add it");
+      coordinate = cursor_.next_number("a coordinate");
     }
-    mesh_.positions.push_back(point);
+    ++num_points_;
+    if (keeps_) mesh_.positions.push_back(point);
   }
 
-  void read_face(std::string_view text) {
+  void read_face() {
     std::vector<int> nodes;
-    for (std::string_view word = cut_word(text); !word.empty(); word = cut_word(text)) {
+    int num_nodes = 0;
+    for (; cursor_.has_word_in_line(); ++num_nodes) {
+      const std::string_view word = cursor_.next_word("a vertex");
       const std::optional<int> index = parse_integer(word.substr(0, word.find('/')));
-      const auto num_points = static_cast<int>(mesh_.positions.size());
-      if (!index || *index == 0 || *index > num_points || *index < -num_points)
-        cursor_.fail_at(line_, fmt::format("'{}' is none of the {} vertices above; export the file again",
-                                           printable(word), num_points));
-      nodes.push_back(*index > 0 ? *index - 1 : num_points + *index);
+      if (!index || *index == 0 || *index > num_points_ || *index < -num_points_)
+        cursor_.fail(
+            fmt::format("'{}' is none of the {} vertices above, which count from 1; export the file again",
+                        printable(word), num_points_));
+      if (keeps_) nodes.push_back(*index > 0 ? *index - 1 : num_points_ + *index);
     }
-    if (nodes.size() < 3) cursor_.fail_at(line_, "a face needs three vertices; remove it");
-    add_polygon(nodes, line_, mesh_);
+    if (num_nodes < 3) cursor_.fail("a face needs three vertices; remove it");
+    has_faces_ = true;
+    if (keeps_) add_polygon(nodes, cursor_.line(), mesh_);
   }
 
   FileCursor& cursor_;
+  const bool keeps_;
   MeshData mesh_;
-  int line_ = 0;
+  int num_points_ = 0;
+  bool has_faces_ = false;
 };
 
 }  // namespace
 
 MeshData read_obj(FileCursor& cursor) {
-  return ObjReader(cursor).read();
-}
-
-MeshData read_obj(const std::filesystem::path& file) {
-  FileCursor cursor(file);
-  return read_obj(cursor);
+  return read_twice<ObjReader>(cursor);
 }
 
 void write_obj(const MeshData& mesh, const WriteOptions& /*options*/, const std::filesystem::path& file) {
   const SurfaceTriangles surface = surface_triangles(mesh, file);
-  std::string text = "# written by Palpate\n";
+  FileText out;
+  out.text("# written by Palpate\n");
   for (const Eigen::Vector3d& point : surface.positions)
-    fmt::format_to(std::back_inserter(text), "v {} {} {}\n", point[0], point[1], point[2]);
-  for (const auto& [a, b, c] : surface.triangles)
-    fmt::format_to(std::back_inserter(text), "f {} {} {}\n", a + 1, b + 1, c + 1);
-  write_finished_text(file, text);
+    out.text("v {} {} {}\n", point[0], point[1], point[2]);
+  for (const auto& [a, b, c] : surface.triangles) out.text("f {} {} {}\n", a + 1, b + 1, c + 1);
+  write_finished_text(file, out.bytes);
 }
 
 }  // namespace palpate

@@ -1,24 +1,34 @@
-#include "offline/io/ply_format.hpp"
-
+// PLY files of surfaces, text or binary in each byte order:
+//
+//   ply     format ascii | binary_little_endian | binary_big_endian 1.0
+//   element vertex n     property float x ...
+//   element face n       property list uchar int vertex_indices ...
+//   end_header           the elements in turn, each with its properties
+//
+// Polygons become triangles. Other elements and properties are passed over.
+// Written are the mesh's triangles, or the outer faces of its tetrahedra (surface_cells.hpp), with doubles.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "offline/io/file_number.hpp"
+#include "offline/io/file_text.hpp"
 #include "offline/io/finished_file.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/surface_cells.hpp"
 #include "offline/mesh/text_number.hpp"
 
 namespace palpate {
 namespace {
+
+// An element or a property takes more memory than its line.
+constexpr int kMostKeywords = 10'000;
 
 struct PlyProperty {
   std::string name;
@@ -34,28 +44,21 @@ struct PlyElement {
 
 class PlyReader {
  public:
-  explicit PlyReader(FileCursor& cursor) : cursor_(cursor) { mesh_.file = cursor.file(); }
+  PlyReader(Pass pass, FileCursor& cursor) : cursor_(cursor), keeps_(pass == Pass::build) {
+    mesh_.file = cursor.file();
+  }
 
   MeshData read() {
     read_head();
     for (const PlyElement& element : elements_) {
       check_size(element);
-      if (element.properties.empty()) continue;
-      if (element.name == "vertex") mesh_.positions.reserve(element.count);
-      for (std::size_t i = 0; i < element.count; ++i) read_item(element);
-    }
-    const auto num_points = static_cast<int>(mesh_.positions.size());
-    for (const MeshCell& cell : mesh_.cells) {
-      for (int i = 0; i < 3; ++i) {
-        const int node = cell.nodes[static_cast<std::size_t>(i)];
-        if (node < 0 || node >= num_points)
-          cursor_.fail_at(cell.line,
-                          fmt::format("a face names vertex {}, where vertices are 0 to {}; export the "
-                                      "file again",
-                                      node, num_points - 1));
+      if (element.properties.empty()) {
+        if (element.name == "vertex") fail_without_coordinates();
+        continue;
       }
+      for (std::size_t i = 0; i < element.count; ++i) read_item(element, i);
     }
-    if (mesh_.cells.empty()) cursor_.fail_at(0, "has no faces; export a surface");
+    if (!has_faces_) cursor_.fail_at(0, "has no faces; export a surface");
     number_from_one(mesh_);
     return std::move(mesh_);
   }
@@ -64,8 +67,10 @@ class PlyReader {
   void read_head() {
     if (trimmed(cursor_.next_line("'ply'")) != "ply")
       cursor_.fail_at(1, "is no PLY file, which starts with a line 'ply'; check its ending");
-    for (;;) {
+    for (int num_keywords = 0;; ++num_keywords) {
       const int line = cursor_.line();
+      if (num_keywords > kMostKeywords)
+        cursor_.fail(fmt::format("the head has more than {} lines; export the file again", kMostKeywords));
       const std::string_view keyword = cursor_.next_word("end_header");
       if (keyword == "end_header") break;
       if (keyword == "format") {
@@ -73,6 +78,7 @@ class PlyReader {
       } else if (keyword == "element") {
         const std::string name(cursor_.next_word("the name of an element"));
         elements_.push_back({name, cursor_.next_count("the number of elements", 0), {}});
+        if (name == "vertex") num_points_ += static_cast<std::int64_t>(elements_.back().count);
       } else if (keyword == "property") {
         if (elements_.empty()) cursor_.fail("a property stands before the elements; export the file again");
         elements_.back().properties.push_back(next_property());
@@ -102,18 +108,11 @@ class PlyReader {
     PlyProperty property;
     if (cursor_.peek_word() == "list") {
       cursor_.next_word("list");
-      property.count_type = next_type();
+      property.count_type = next_type(cursor_);
     }
-    property.type = next_type();
+    property.type = next_type(cursor_);
     property.name = cursor_.next_word("the name of a property");
     return property;
-  }
-
-  NumberType next_type() {
-    const std::string_view word = cursor_.next_word("a type of numbers");
-    const std::optional<NumberType> type = number_type(word);
-    if (!type) cursor_.fail("'" + printable(word) + "' is no type of numbers; write int, float or double");
-    return *type;
   }
 
   // Refuses a count that the rest of the file is too short for. A list takes its count at least.
@@ -126,7 +125,7 @@ class PlyReader {
                                element.count, printable(element.name)));
   }
 
-  void read_item(const PlyElement& element) {
+  void read_item(const PlyElement& element, std::size_t index) {
     const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
     if (*coding_ == NumberCoding::text) cursor_.skip_blanks();
     const int line = *coding_ == NumberCoding::text ? cursor_.line() : 0;
@@ -138,61 +137,73 @@ class PlyReader {
         read_list(property, is_face && names_nodes, line);
         continue;
       }
-      const double number = next_number(cursor_, property.type, *coding_, "a property");
-      const bool is_coordinate = property.name == "x" || property.name == "y" || property.name == "z";
-      if (!is_vertex || !is_coordinate) continue;
+      const bool is_coordinate =
+          is_vertex && (property.name == "x" || property.name == "y" || property.name == "z");
+      const double number =
+          next_number(cursor_, property.type, *coding_, is_coordinate ? "a coordinate" : "a property");
+      if (!is_coordinate) continue;
       if (!std::isfinite(number))
-        cursor_.fail_at(line, fmt::format("vertex {} has a coordinate that is no finite number; correct it",
-                                          mesh_.positions.size()));
+        cursor_.fail(fmt::format("vertex {} has a coordinate that is no finite number; correct it", index));
       point[property.name[0] - 'x'] = number;
       ++num_coordinates;
     }
     if (!is_vertex) return;
-    if (num_coordinates != 3) cursor_.fail("vertices have no properties x, y and z; export the file again");
-    mesh_.positions.push_back(point);
+    if (num_coordinates != 3) fail_without_coordinates();
+    if (keeps_) mesh_.positions.push_back(point);
+  }
+
+  [[noreturn]] void fail_without_coordinates() const {
+    cursor_.fail("vertices have no properties x, y and z; export the file again");
   }
 
   void read_list(const PlyProperty& property, bool is_face, int line) {
     const int count = next_index(cursor_, *property.count_type, *coding_, "the size of a list");
     if (count < 0) cursor_.fail("the size of a list is negative; export the file again");
     const auto size = static_cast<std::size_t>(count);
-    if (!is_face) {
-      check_room(cursor_, size, property.type, *coding_, "a list");
-      for (std::size_t i = 0; i < size; ++i) next_number(cursor_, property.type, *coding_, "a list");
-      return;
+    check_room(cursor_, size, property.type, *coding_, is_face ? "a face" : "a list");
+    std::vector<int> nodes;
+    for (std::size_t i = 0; i < size; ++i) {
+      if (is_face) {
+        const int node = next_node(property.type);
+        if (keeps_) nodes.push_back(node);
+      } else {
+        next_number(cursor_, property.type, *coding_, "a list");
+      }
     }
-    const std::vector<int> nodes = next_indices(cursor_, size, property.type, *coding_, "a face");
-    if (nodes.size() < 3) cursor_.fail_at(line, "a face needs three vertices; remove it");
-    add_polygon(nodes, line, mesh_);
+    if (!is_face) return;
+    if (size < 3)
+      cursor_.fail("a face needs three vertices; remove it, or correct the counts of the elements");
+    has_faces_ = true;
+    if (keeps_) add_polygon(nodes, line, mesh_);
+  }
+
+  int next_node(NumberType type) {
+    const int node = next_index(cursor_, type, *coding_, "a vertex of a face");
+    if (node < 0 || node >= num_points_)
+      cursor_.fail(fmt::format("a face names vertex {}, where vertices are 0 to {}; export the file again",
+                               node, num_points_ - 1));
+    return node;
   }
 
   FileCursor& cursor_;
+  const bool keeps_;
   MeshData mesh_;
+  std::int64_t num_points_ = 0;
+  bool has_faces_ = false;
   std::optional<NumberCoding> coding_;
   std::vector<PlyElement> elements_;
 };
 
-template <typename Number>
-void append_little_endian(std::string& bytes, Number number) {
-  using Bits = std::conditional_t<sizeof(Number) == 8, std::uint64_t, std::uint32_t>;
-  const auto bits = std::bit_cast<Bits>(number);
-  for (std::size_t i = 0; i < sizeof bits; ++i) bytes += static_cast<char>(bits >> (8 * i) & 0xff);
-}
-
 }  // namespace
 
 MeshData read_ply(FileCursor& cursor) {
-  return PlyReader(cursor).read();
-}
-
-MeshData read_ply(const std::filesystem::path& file) {
-  FileCursor cursor(file);
-  return read_ply(cursor);
+  return read_twice<PlyReader>(cursor);
 }
 
 void write_ply(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file) {
   const SurfaceTriangles surface = surface_triangles(mesh, file);
-  std::string text = fmt::format(
+  FileText out;
+  out.text(
       "ply\nformat {} 1.0\ncomment written by Palpate\nelement vertex {}\nproperty double x\nproperty double "
       "y\n"
       "property double z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
@@ -200,20 +211,20 @@ void write_ply(const MeshData& mesh, const WriteOptions& options, const std::fil
       surface.triangles.size());
   for (const Eigen::Vector3d& point : surface.positions) {
     if (options.is_binary) {
-      for (const double coordinate : point) append_little_endian(text, coordinate);
+      for (const double coordinate : point) out.binary(coordinate);
     } else {
-      fmt::format_to(std::back_inserter(text), "{} {} {}\n", point[0], point[1], point[2]);
+      out.text("{} {} {}\n", point[0], point[1], point[2]);
     }
   }
   for (const std::array<int, 3>& triangle : surface.triangles) {
     if (options.is_binary) {
-      text += '\3';
-      for (const int node : triangle) append_little_endian(text, std::int32_t{node});
+      out.binary('\3');
+      for (const int node : triangle) out.binary(std::int32_t{node});
     } else {
-      fmt::format_to(std::back_inserter(text), "3 {} {} {}\n", triangle[0], triangle[1], triangle[2]);
+      out.text("3 {} {} {}\n", triangle[0], triangle[1], triangle[2]);
     }
   }
-  write_finished_text(file, text);
+  write_finished_text(file, out.bytes);
 }
 
 }  // namespace palpate

@@ -5,7 +5,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "offline/io/set_combinations.hpp"
 #include "offline/mesh/text_number.hpp"
 
 namespace palpate {
@@ -33,10 +32,7 @@ void fill_sets(const std::map<int, std::vector<int>>& members,
       set.insert(set.end(), items.begin(), items.end());
     }
   }
-  for (auto& [name, set] : sets) {
-    std::sort(set.begin(), set.end());
-    set.erase(std::unique(set.begin(), set.end()), set.end());
-  }
+  sort_sets(sets);
 }
 
 // Returns the number of a combination that is the one set REF_number.
@@ -48,6 +44,26 @@ std::optional<int> number_in_name(const std::vector<std::string>& names, const s
 }
 
 }  // namespace
+
+SetCombinations combine_sets(const std::map<std::string, std::vector<int>>& sets, std::size_t num_items) {
+  SetCombinations found;
+  found.of_item.assign(num_items, 0);
+  found.names.emplace_back();
+  for (const auto& [name, items] : sets) {
+    std::map<int, int> with_name;  // combination before this set -> combination with it
+    for (const int item : items) {
+      int& combination = found.of_item[static_cast<std::size_t>(item)];
+      const auto [at, is_new] = with_name.try_emplace(combination, static_cast<int>(found.names.size()));
+      if (is_new) {
+        std::vector<std::string> names = found.names[static_cast<std::size_t>(combination)];
+        names.push_back(name);
+        found.names.push_back(std::move(names));
+      }
+      combination = at->second;
+    }
+  }
+  return found;
+}
 
 void ReferenceSets::read_comment(std::string_view comment) {
   if (!comment.starts_with(kCommentStart)) return;

@@ -5,6 +5,7 @@
 // Without such a comment the reference becomes a set such as REF_3. Reference 0 means no set.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <string_view>
@@ -14,6 +15,15 @@
 #include "offline/io/mesh_data.hpp"
 
 namespace palpate {
+
+// Which sets each point or cell is in, as one number.
+struct SetCombinations {
+  std::vector<int> of_item;                     // index in `names` for each point or cell
+  std::vector<std::vector<std::string>> names;  // of the sets of a combination, sorted; the first has no sets
+};
+
+// `sets`: as in MeshData, with indices below `num_items`.
+SetCombinations combine_sets(const std::map<std::string, std::vector<int>>& sets, std::size_t num_items);
 
 class ReferenceSets {
  public:

@@ -1,20 +1,24 @@
-#include "offline/io/stl_format.hpp"
-
+// STL files: the triangles of a surface, as text ("solid NAME", "facet ...") or binary:
+//
+//   80 bytes of title, uint32 n, then n times: normal, three corners (float32), two bytes of attributes
+//
+// Corners at equal coordinates become one node; normals are passed over.
+// Written are the mesh's triangles, or the outer faces of its tetrahedra (surface_cells.hpp). A binary file
+// keeps seven digits of a coordinate, text keeps all.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <array>
-#include <bit>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <iterator>
 #include <string>
 #include <unordered_map>
 
 #include "offline/io/file_number.hpp"
+#include "offline/io/file_text.hpp"
 #include "offline/io/finished_file.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/surface_cells.hpp"
 #include "offline/mesh/text_number.hpp"
 
@@ -33,7 +37,9 @@ struct PointHash {
 
 class StlReader {
  public:
-  explicit StlReader(FileCursor& cursor) : cursor_(cursor) { mesh_.file = cursor.file(); }
+  StlReader(Pass pass, FileCursor& cursor) : cursor_(cursor), keeps_(pass == Pass::build) {
+    mesh_.file = cursor.file();
+  }
 
   MeshData read() {
     const std::size_t size = cursor_.num_left();
@@ -55,6 +61,7 @@ class StlReader {
       cursor_.fail_at(0, fmt::format("has {} bytes, where its {} triangles take {}; copy or export it again",
                                      size, num_facets, expected));
     }
+    if (num_triangles_ == 0) cursor_.fail_at(0, "has no triangles; export a surface");
     number_from_one(mesh_);
     return std::move(mesh_);
   }
@@ -67,7 +74,7 @@ class StlReader {
       std::array<int, 3> nodes{};
       for (int& node : nodes) node = next_node(NumberCoding::little_endian);
       cursor_.next_bytes(2, "the attributes of a triangle");
-      add_polygon(nodes, 0, mesh_);
+      add_triangle(nodes, 0);
     }
   }
 
@@ -96,7 +103,12 @@ class StlReader {
     }
     expect("endloop");
     expect("endfacet");
-    add_polygon(nodes, line, mesh_);
+    add_triangle(nodes, line);
+  }
+
+  void add_triangle(const std::array<int, 3>& nodes, int line) {
+    ++num_triangles_;
+    if (keeps_) add_polygon(nodes, line, mesh_);
   }
 
   int next_node(NumberCoding coding) {
@@ -104,21 +116,17 @@ class StlReader {
     for (double& coordinate : point) {
       coordinate = next_number(cursor_, NumberType::float32, coding, "a coordinate");
       if (!std::isfinite(coordinate))
-        cursor_.fail_at(coding == NumberCoding::text ? cursor_.line() : 0,
-                        fmt::format("triangle {} has a coordinate that is no finite number; correct it",
-                                    mesh_.cells.size() + 1));
+        cursor_.fail(fmt::format("triangle {} has a coordinate that is no finite number; correct it",
+                                 num_triangles_ + 1));
       coordinate += 0.0;  // makes -0 equal to 0 in the bits, too
     }
+    if (!keeps_) return 0;
     const auto [place, is_new] = nodes_.try_emplace(point, static_cast<int>(mesh_.positions.size()));
     if (is_new) mesh_.positions.emplace_back(point[0], point[1], point[2]);
     return place->second;
   }
 
-  std::string lower_word() {
-    std::string word(cursor_.peek_word().substr(0, 16));  // no keyword is longer
-    for (char& letter : word) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
-    return word;
-  }
+  std::string lower_word() { return lower_case(cursor_.peek_word().substr(0, 16)); }  // no keyword is longer
 
   void expect(const char* keyword) {
     if (lower_word() != keyword) {
@@ -129,52 +137,41 @@ class StlReader {
   }
 
   FileCursor& cursor_;
+  const bool keeps_;
   MeshData mesh_;
+  std::size_t num_triangles_ = 0;
   std::unordered_map<std::array<double, 3>, int, PointHash> nodes_;
 };
 
-void append_float(std::string& bytes, double number) {
-  const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(number));
-  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(bits >> shift & 0xff);
-}
-
-void append_facet(std::string& text, const std::array<Eigen::Vector3d, 4>& normal_and_corners,
-                  bool is_binary) {
+void add_facet(const std::array<Eigen::Vector3d, 4>& normal_and_corners, bool is_binary, FileText& out) {
   if (is_binary) {
     for (const Eigen::Vector3d& vector : normal_and_corners) {
-      for (const double number : vector) append_float(text, number);
+      for (const double number : vector) out.binary(static_cast<float>(number));
     }
-    text.append(2, '\0');
+    out.bytes.append(2, '\0');
     return;
   }
-  const auto row = [&](const char* keyword, const Eigen::Vector3d& vector) {
-    fmt::format_to(std::back_inserter(text), "{} {} {} {}\n", keyword, vector[0], vector[1], vector[2]);
-  };
-  row("facet normal", normal_and_corners[0]);
-  text += "outer loop\n";
-  for (std::size_t i = 1; i < 4; ++i) row("vertex", normal_and_corners[i]);
-  text += "endloop\nendfacet\n";
+  const char* const before[] = {"facet normal", "outer loop\nvertex", "vertex", "vertex"};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector3d& vector = normal_and_corners[i];
+    out.text("{} {} {} {}\n", before[i], vector[0], vector[1], vector[2]);
+  }
+  out.text("endloop\nendfacet\n");
 }
 
 }  // namespace
 
 MeshData read_stl(FileCursor& cursor) {
-  return StlReader(cursor).read();
-}
-
-MeshData read_stl(const std::filesystem::path& file) {
-  FileCursor cursor(file);
-  return read_stl(cursor);
+  return read_twice<StlReader>(cursor);
 }
 
 void write_stl(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file) {
   const SurfaceTriangles surface = surface_triangles(mesh, file);
-  std::string text = "solid written by Palpate\n";
+  FileText out;
+  out.bytes = options.is_binary ? "written by Palpate" : "solid written by Palpate\n";
   if (options.is_binary) {
-    text = "written by Palpate";
-    text.resize(kTitleBytes, ' ');
-    for (int shift = 0; shift < 32; shift += 8)
-      text += static_cast<char>(surface.triangles.size() >> shift & 0xff);
+    out.bytes.resize(kTitleBytes, ' ');
+    out.binary(static_cast<std::uint32_t>(surface.triangles.size()));
   }
   for (const std::array<int, 3>& triangle : surface.triangles) {
     const auto corner = [&](int i) {
@@ -182,12 +179,11 @@ void write_stl(const MeshData& mesh, const WriteOptions& options, const std::fil
     };
     const Eigen::Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
     const double length = normal.norm();
-    append_facet(text,
-                 {length > 0 ? Eigen::Vector3d(normal / length) : normal, corner(0), corner(1), corner(2)},
-                 options.is_binary);
+    add_facet({length > 0 ? Eigen::Vector3d(normal / length) : normal, corner(0), corner(1), corner(2)},
+              options.is_binary, out);
   }
-  if (!options.is_binary) text += "endsolid written by Palpate\n";
-  write_finished_text(file, text);
+  if (!options.is_binary) out.text("endsolid written by Palpate\n");
+  write_finished_text(file, out.bytes);
 }
 
 }  // namespace palpate

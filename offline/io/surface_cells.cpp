@@ -28,34 +28,26 @@ bool has_other_solids(const MeshData& mesh) {
 
 // The faces that belong to one tetrahedron only, in the order of the cells.
 std::vector<Triangle> outer_faces(const MeshData& mesh) {
-  struct Face {
-    Triangle sorted, turned;
-    std::size_t order;
+  const auto sorted = [](Triangle face) {
+    std::ranges::sort(face);
+    return face;
   };
-  std::vector<Face> faces;
+  std::vector<Triangle> faces, keys;
   for (const MeshCell& cell : mesh.cells) {
     if (cell.kind != CellKind::tetrahedron) continue;
     const std::array<int, 10>& n = cell.nodes;
     for (const Triangle& face : {Triangle{n[0], n[2], n[1]}, Triangle{n[0], n[1], n[3]},
                                  Triangle{n[1], n[2], n[3]}, Triangle{n[0], n[3], n[2]}}) {
-      Triangle sorted = face;
-      std::ranges::sort(sorted);
-      faces.push_back({sorted, face, faces.size()});
+      faces.push_back(face);
+      keys.push_back(sorted(face));
     }
   }
-  std::ranges::sort(faces, {}, &Face::sorted);
-  std::vector<Face> outer;
-  for (std::size_t begin = 0; begin < faces.size();) {
-    std::size_t end = begin + 1;
-    while (end < faces.size() && faces[end].sorted == faces[begin].sorted) ++end;
-    if (end == begin + 1) outer.push_back(faces[begin]);
-    begin = end;
-  }
-  std::ranges::sort(outer, {}, &Face::order);
-  std::vector<Triangle> triangles;
-  triangles.reserve(outer.size());
-  for (const Face& face : outer) triangles.push_back(face.turned);
-  return triangles;
+  std::ranges::sort(keys);
+  std::erase_if(faces, [&](const Triangle& face) {
+    const auto [begin, end] = std::equal_range(keys.begin(), keys.end(), sorted(face));
+    return end - begin > 1;
+  });
+  return faces;
 }
 
 }  // namespace

@@ -1,16 +1,24 @@
-#include "offline/io/tetgen_format.hpp"
-
+// TetGen's files: NAME.node with the points and NAME.ele with tetrahedra of 4 or 10 nodes.
+//
+// Boundary markers of points become node sets MARKER_n. The last attribute of tetrahedra, the region, becomes
+// element sets REGION_n where all its values are integers. Other attributes become arrays.
+//
+// Source: H. Si, TetGen 1.5 user's manual, 2013, section 5.2.
+//
+// The writer's comments tell the names of sets and arrays. Points, lines, triangles and quadrilaterals have
+// no place and are left out. It refuses other volumes than tetrahedra, and tetrahedra of 4 and of 10 nodes.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <climits>
 #include <cmath>
-#include <iterator>
 #include <stdexcept>
 
+#include "offline/io/file_text.hpp"
 #include "offline/io/finished_file.hpp"
 #include "offline/io/label_index.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/middle_order.hpp"
 #include "offline/io/reference_sets.hpp"
 #include "offline/mesh/text_number.hpp"
@@ -71,22 +79,18 @@ std::vector<MeshArray> make_arrays(const Attributes& attributes, std::size_t num
 
 class TetgenReader {
  public:
-  TetgenReader(FileCursor& nodes, FileCursor& elements) : nodes_(nodes), elements_(elements) {}
+  TetgenReader(Pass pass, FileCursor& nodes, FileCursor& elements)
+      : nodes_(nodes), elements_(elements), keeps_(pass == Pass::build) {}
 
   MeshData read() {
     mesh_.file = elements_.file();
-    nodes_.set_comment('#', [&](std::string_view comment) {
-      sets_.read_comment(comment);
-      read_array_comment(comment, of_nodes_);
-    });
+    watch_comments(nodes_, of_nodes_);
     read_nodes();
     nodes_.set_comment(0);
-    elements_.set_comment('#', [&](std::string_view comment) {
-      sets_.read_comment(comment);
-      read_array_comment(comment, of_cells_);
-    });
+    watch_comments(elements_, of_cells_);
     read_elements();
     elements_.set_comment(0);
+    if (!keeps_) return {};
     mesh_.point_arrays = make_arrays(of_nodes_, of_nodes_.num_columns);
     make_regions();
     sort_middles(mesh_);
@@ -95,43 +99,57 @@ class TetgenReader {
   }
 
  private:
+  void watch_comments(FileCursor& in, Attributes& attributes) {
+    in.set_comment('#', [&](std::string_view comment) {
+      if (!keeps_) return;
+      sets_.read_comment(comment);
+      read_array_comment(comment, attributes);
+    });
+  }
+
+  // Reads the attributes of a point or a tetrahedron.
+  void read_attributes(FileCursor& in, Attributes& attributes) const {
+    for (std::size_t k = 0; k < attributes.num_columns; ++k) {
+      const double value = in.next_number("an attribute");
+      if (keeps_) attributes.values.push_back(value);
+    }
+  }
+
   // Reads the first line: a count of items that is checked, then numbers that may be absent.
   std::vector<int> read_header(FileCursor& in, const char* what, const std::vector<int>& defaults) {
-    in.skip_blanks();
-    const int line = in.line();
-    std::string text(in.next_line(what));
-    FileCursor header(in.file(), line, text.substr(0, text.find('#')));
-    std::vector<int> numbers = {static_cast<int>(header.next_count(what, 0))};
+    std::vector<int> numbers = {in.next_integer(what)};
     for (const int number : defaults)
-      numbers.push_back(header.skip_blanks() ? header.next_integer(what) : number);
-    if (static_cast<std::size_t>(numbers[0]) > in.num_left() / 8)
-      in.fail_at(line, std::string(what) + " is " + std::to_string(numbers[0]) +
-                           ", more than the rest of the file holds; export it again");
-    if (const int number = *std::min_element(numbers.begin(), numbers.end()); number < 0)
-      in.fail_at(line, std::string(what) + " or a number behind it is negative; export the file again");
+      numbers.push_back(in.has_word_in_line() ? in.next_integer(what) : number);
+    if (*std::min_element(numbers.begin(), numbers.end()) < 0)
+      in.fail(std::string(what) + " or a number behind it is negative; export the file again");
+    in.check_count(numbers[0], what, 8);
     if (numbers.size() > 2 && numbers[2] > kMostAttributes)
-      in.fail_at(line, "there are " + std::to_string(numbers[2]) + " attributes; use at most " +
-                           std::to_string(kMostAttributes));
+      in.fail(fmt::format("there are {} attributes; use at most {}", numbers[2], kMostAttributes));
+    if (in.has_word_in_line())
+      in.fail(
+          fmt::format("'{}' stands behind the first line's numbers; remove it", printable(in.peek_word())));
     return numbers;
   }
 
   void read_nodes() {
     const std::vector<int> header = read_header(nodes_, "the number of points", {3, 0, 0});
     if (header[1] != 3)
-      nodes_.fail("points have dimension " + std::to_string(header[1]) + ", not 3; export a mesh in space");
+      nodes_.fail(fmt::format("points have dimension {}, not 3; export a mesh in space", header[1]));
     of_nodes_.num_columns = static_cast<std::size_t>(header[2]);
     for (int i = 0; i < header[0]; ++i) {
       const int label = nodes_.next_integer("the number of a point");
       Eigen::Vector3d position;
       for (int axis = 0; axis < 3; ++axis) position[axis] = nodes_.next_number("a coordinate");
-      for (int k = 0; k < header[2]; ++k) of_nodes_.values.push_back(nodes_.next_number("an attribute"));
-      if (header[3] > 0) sets_.add_node(nodes_.next_integer("a boundary marker"), i);
+      read_attributes(nodes_, of_nodes_);
+      const int marker = header[3] > 0 ? nodes_.next_integer("a boundary marker") : 0;
       index_.add(label, i);
+      if (!keeps_) continue;
+      sets_.add_node(marker, i);
       mesh_.positions.push_back(position);
       mesh_.node_labels.push_back(label);
     }
     if (const auto twice = index_.sort())
-      nodes_.fail("point " + std::to_string(*twice) + " stands twice in the file; renumber the points");
+      nodes_.fail(fmt::format("point {} stands twice in the file; renumber the points", *twice));
     expect_end(nodes_);
   }
 
@@ -139,9 +157,9 @@ class TetgenReader {
     const std::vector<int> header = read_header(elements_, "the number of tetrahedra", {4, 0});
     const int num_nodes = header[1];
     if (num_nodes != 4 && num_nodes != 10)
-      elements_.fail("tetrahedra have " + std::to_string(num_nodes) + " nodes, not 4 or 10; export them so");
+      elements_.fail(fmt::format("tetrahedra have {} nodes, not 4 or 10; export them so", num_nodes));
     of_cells_.num_columns = static_cast<std::size_t>(header[2]);
-    mesh_.cells.reserve(static_cast<std::size_t>(header[0]));
+    LabelIndex labels;
     for (int i = 0; i < header[0]; ++i) {
       MeshCell cell = {.label = elements_.next_integer("the number of a tetrahedron"),
                        .num_nodes = num_nodes};
@@ -150,22 +168,26 @@ class TetgenReader {
         const int label = elements_.next_integer("a node of a tetrahedron");
         const auto found = index_.find(label);
         if (!found)
-          elements_.fail("tetrahedron " + std::to_string(cell.label) + " names point " +
-                         std::to_string(label) + ", which " + nodes_.file() +
-                         " does not hold; name the files of one mesh");
+          elements_.fail(
+              fmt::format("tetrahedron {} names point {}, which {} does not hold; name the files of one mesh",
+                          cell.label, label, nodes_.file()));
         cell.nodes[static_cast<std::size_t>(k)] = *found;
       }
-      for (int k = 0; k < header[2]; ++k) of_cells_.values.push_back(elements_.next_number("an attribute"));
-      mesh_.cells.push_back(cell);
+      read_attributes(elements_, of_cells_);
+      labels.add(cell.label, i);
+      if (keeps_) mesh_.cells.push_back(cell);
     }
+    if (const auto twice = labels.sort())
+      elements_.fail(fmt::format("tetrahedron {} stands twice in the file; renumber the tetrahedra", *twice));
     expect_end(elements_);
   }
 
   // The counts are wrong where more numbers follow.
   void expect_end(FileCursor& in) const {
     if (in.skip_blanks())
-      in.fail("'" + printable(in.peek_word()) +
-              "' stands behind the last item; correct the count in the first line, or export the file again");
+      in.fail(fmt::format(
+          "'{}' stands behind the last item; correct the count in the first line, or export the file again",
+          printable(in.peek_word())));
   }
 
   // Makes sets of the last attribute, if it is a region, and arrays of the others.
@@ -186,6 +208,7 @@ class TetgenReader {
 
   FileCursor& nodes_;
   FileCursor& elements_;
+  const bool keeps_;
   MeshData mesh_;
   LabelIndex index_;
   Attributes of_nodes_;
@@ -211,16 +234,17 @@ class TetgenWriter {
     const WrittenReferences markers =
         number_references(mesh_.node_sets, mesh_.positions.size(), "nodes", "MARKER_");
     const bool has_markers = !mesh_.node_sets.empty();
-    std::string out = markers.comments + array_comments(mesh_.point_arrays);
-    text(out, "{} 3 {} {}\n", mesh_.positions.size(), num_columns(mesh_.point_arrays), has_markers ? 1 : 0);
+    FileText out;
+    out.text("{}{}", markers.comments, array_comments(mesh_.point_arrays));
+    out.text("{} 3 {} {}\n", mesh_.positions.size(), num_columns(mesh_.point_arrays), has_markers ? 1 : 0);
     for (std::size_t i = 0; i < mesh_.positions.size(); ++i) {
       const Eigen::Vector3d& place = mesh_.positions[i];
-      text(out, "{} {} {} {}", i + 1, place.x(), place.y(), place.z());
+      out.text("{} {} {} {}", i + 1, place.x(), place.y(), place.z());
       add_values(mesh_.point_arrays, i, out);
-      if (has_markers) text(out, " {}", markers.of_item[i]);
-      out += '\n';
+      if (has_markers) out.text(" {}", markers.of_item[i]);
+      out.text("\n");
     }
-    return out;
+    return std::move(out.bytes);
   }
 
   std::string elements() {
@@ -228,21 +252,22 @@ class TetgenWriter {
         number_references(mesh_.element_sets, mesh_.cells.size(), "cells", "REGION_");
     // The reader takes the last attribute as a region, so arrays need a region behind them.
     const bool has_regions = !mesh_.element_sets.empty() || !mesh_.cell_arrays.empty();
-    std::string out = regions.comments + array_comments(mesh_.cell_arrays);
-    text(out, "{} {} {}\n", tetrahedra_.size(),
-         tetrahedra_.empty() ? 4 : mesh_.cells[tetrahedra_[0]].num_nodes,
-         num_columns(mesh_.cell_arrays) + (has_regions ? 1 : 0));
+    FileText out;
+    out.text("{}{}", regions.comments, array_comments(mesh_.cell_arrays));
+    out.text("{} {} {}\n", tetrahedra_.size(),
+             tetrahedra_.empty() ? 4 : mesh_.cells[tetrahedra_[0]].num_nodes,
+             num_columns(mesh_.cell_arrays) + (has_regions ? 1 : 0));
     for (std::size_t row = 0; row < tetrahedra_.size(); ++row) {
       const std::size_t i = tetrahedra_[row];
       const MeshCell& cell = mesh_.cells[i];
-      text(out, "{}", row + 1);
+      out.text("{}", row + 1);
       for (int k = 0; k < cell.num_nodes; ++k)
-        text(out, " {}", cell.nodes[kOrder[static_cast<std::size_t>(k)]] + 1);
+        out.text(" {}", cell.nodes[kOrder[static_cast<std::size_t>(k)]] + 1);
       add_values(mesh_.cell_arrays, i, out);
-      if (has_regions) text(out, " {}", regions.of_item[i]);
-      out += '\n';
+      if (has_regions) out.text(" {}", regions.of_item[i]);
+      out.text("\n");
     }
-    return out;
+    return std::move(out.bytes);
   }
 
  private:
@@ -251,15 +276,10 @@ class TetgenWriter {
                              "; write another format, such as .msh or .vtu");
   }
 
-  template <typename... Values>
-  static void text(std::string& out, fmt::format_string<Values...> format, Values&&... values) {
-    fmt::format_to(std::back_inserter(out), format, std::forward<Values>(values)...);
-  }
-
   static std::string array_comments(const std::vector<MeshArray>& arrays) {
-    std::string out;
-    for (const MeshArray& array : arrays) text(out, "{}{}: {}\n", kArray, array.num_components, array.name);
-    return out;
+    FileText out;
+    for (const MeshArray& array : arrays) out.text("{}{}: {}\n", kArray, array.num_components, array.name);
+    return std::move(out.bytes);
   }
 
   static int num_columns(const std::vector<MeshArray>& arrays) {
@@ -268,10 +288,10 @@ class TetgenWriter {
     return count;
   }
 
-  static void add_values(const std::vector<MeshArray>& arrays, std::size_t item, std::string& out) {
+  static void add_values(const std::vector<MeshArray>& arrays, std::size_t item, FileText& out) {
     for (const MeshArray& array : arrays) {
       const auto size = static_cast<std::size_t>(array.num_components);
-      for (std::size_t k = 0; k < size; ++k) text(out, " {}", array.values[item * size + k]);
+      for (std::size_t k = 0; k < size; ++k) out.text(" {}", array.values[item * size + k]);
     }
   }
 
@@ -283,13 +303,7 @@ class TetgenWriter {
 }  // namespace
 
 MeshData read_tetgen(FileCursor& nodes, FileCursor& elements) {
-  return TetgenReader(nodes, elements).read();
-}
-
-MeshData read_tetgen(const std::filesystem::path& file) {
-  FileCursor nodes(std::filesystem::path(file).replace_extension(".node"));
-  FileCursor elements(std::filesystem::path(file).replace_extension(".ele"));
-  return read_tetgen(nodes, elements);
+  return read_twice<TetgenReader>(nodes, elements);
 }
 
 void write_tetgen(const MeshData& mesh, const WriteOptions&, const std::filesystem::path& file) {

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cctype>
+#include <charconv>
 #include <cstdint>
+#include <optional>
+#include <utility>
 
 #include "offline/mesh/text_number.hpp"
 
@@ -26,32 +28,21 @@ constexpr auto kFixedAttributes = std::to_array<FixedAttribute>({
     {"EDGE_FLAGS", 1},
 });
 
-int hexadecimal_digit(char letter) {
-  if (letter >= '0' && letter <= '9') return letter - '0';
-  if (letter >= 'a' && letter <= 'f') return letter - 'a' + 10;
-  if (letter >= 'A' && letter <= 'F') return letter - 'A' + 10;
-  return -1;
-}
-
 }  // namespace
-
-std::string upper_case(std::string_view text) {
-  std::string upper(text);
-  for (char& letter : upper) letter = static_cast<char>(std::toupper(static_cast<unsigned char>(letter)));
-  return upper;
-}
 
 std::string decoded_vtk_name(std::string_view name) {
   std::string decoded;
+  decoded.reserve(name.size());
   for (std::size_t i = 0; i < name.size(); ++i) {
-    const bool is_code = name[i] == '%' && i + 2 < name.size() && hexadecimal_digit(name[i + 1]) >= 0 &&
-                         hexadecimal_digit(name[i + 2]) >= 0;
-    if (!is_code) {
+    unsigned char code = 0;
+    const char* digits = name.data() + i + 1;
+    if (name[i] == '%' && i + 2 < name.size() &&
+        std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2) {
+      decoded += static_cast<char>(code);
+      i += 2;
+    } else {
       decoded += name[i];
-      continue;
     }
-    decoded += static_cast<char>(16 * hexadecimal_digit(name[i + 1]) + hexadecimal_digit(name[i + 2]));
-    i += 2;
   }
   return decoded;
 }
@@ -69,28 +60,26 @@ std::string encoded_vtk_name(std::string_view name) {
   return encoded;
 }
 
-bool VtkAttributes::read(const std::string& keyword, std::size_t size, std::vector<MeshArray>& arrays) {
+bool VtkAttributes::read(const std::string& keyword, std::size_t num_rows, const Take& take) {
   for (const FixedAttribute& attribute : kFixedAttributes) {
     if (attribute.keyword != keyword) continue;
-    MeshArray array = {next_name(), attribute.num_components, {}};
-    const NumberType type = next_type();
+    std::string name = next_name();
+    const NumberType type = next_type(cursor_);
     end_header();
-    array.values = next_values(size * static_cast<std::size_t>(array.num_components), type, array.name);
-    arrays.push_back(std::move(array));
+    read_array(std::move(name), attribute.num_components, num_rows, type, take);
     return true;
   }
   if (keyword == "SCALARS") {
-    read_scalars(size, arrays);
-  } else if (keyword == "COLOR_SCALARS") {
-    read_colours(size, arrays);
-  } else if (keyword == "TEXTURE_COORDINATES") {
-    MeshArray array = {next_name(), next_num_components("the dimension of texture coordinates"), {}};
-    const NumberType type = next_type();
+    read_scalars(num_rows, take);
+  } else if (keyword == "COLOR_SCALARS" || keyword == "TEXTURE_COORDINATES") {
+    // Colours are bytes in a binary file, fractions in text, and state no type.
+    std::string name = next_name();
+    const int num_components = next_num_components("the number of components");
+    const NumberType type = keyword == "COLOR_SCALARS" ? NumberType::uint8 : next_type(cursor_);
     end_header();
-    array.values = next_values(size * static_cast<std::size_t>(array.num_components), type, array.name);
-    arrays.push_back(std::move(array));
+    read_array(std::move(name), num_components, num_rows, type, take);
   } else if (keyword == "FIELD") {
-    read_field(arrays);
+    read_field(take);
   } else if (keyword == "LOOKUP_TABLE") {
     skip_lookup_table();
   } else {
@@ -99,35 +88,36 @@ bool VtkAttributes::read(const std::string& keyword, std::size_t size, std::vect
   return true;
 }
 
-// SCALARS name type [components]     LOOKUP_TABLE name     values
-void VtkAttributes::read_scalars(std::size_t size, std::vector<MeshArray>& arrays) {
-  MeshArray array = {next_name(), 1, {}};
-  const NumberType type = next_type();
-  const std::string_view rest = trimmed(cursor_.next_line("the values"));
-  if (!rest.empty()) {
-    const std::optional<int> components = parse_integer(rest);
-    if (!components || *components < 1 || *components > kMaxComponents)
-      cursor_.fail("'" + printable(rest) + "' is no number of components; export the file again");
-    array.num_components = *components;
+void VtkAttributes::read_array(std::string name, int num_components, std::size_t num_rows, NumberType type,
+                               const Take& take) {
+  const std::string what = "array '" + printable(name) + "'";
+  const std::size_t count = num_rows * static_cast<std::size_t>(num_components);
+  check_room(cursor_, count, type, coding_, what.c_str());
+  MeshArray array = {std::move(name), num_components, {}};
+  if (keeps_) array.values.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double value = next_number(cursor_, type, coding_, what.c_str());
+    if (keeps_) array.values.push_back(value);
   }
+  if (take && num_components > 0) take(std::move(array), num_rows);
+}
+
+// SCALARS name type [components]     LOOKUP_TABLE name     values
+void VtkAttributes::read_scalars(std::size_t num_rows, const Take& take) {
+  std::string name = next_name();
+  const NumberType type = next_type(cursor_);
+  const std::string_view rest = trimmed(cursor_.next_line("the values"));
+  const std::optional<int> components = rest.empty() ? 1 : parse_integer(rest);
+  if (!components || *components < 1 || *components > kMaxComponents)
+    cursor_.fail("'" + printable(rest) + "' is no number of components; export the file again");
   if (upper_case(cursor_.peek_word()) != "LOOKUP_TABLE")
     cursor_.fail("LOOKUP_TABLE is missing behind SCALARS; export the file again");
   cursor_.next_line("LOOKUP_TABLE");
-  array.values = next_values(size * static_cast<std::size_t>(array.num_components), type, array.name);
-  arrays.push_back(std::move(array));
-}
-
-// COLOR_SCALARS name components     bytes in a binary file, fractions in text
-void VtkAttributes::read_colours(std::size_t size, std::vector<MeshArray>& arrays) {
-  MeshArray array = {next_name(), next_num_components("the number of colours"), {}};
-  end_header();
-  array.values =
-      next_values(size * static_cast<std::size_t>(array.num_components), NumberType::uint8, array.name);
-  arrays.push_back(std::move(array));
+  read_array(std::move(name), *components, num_rows, type, take);
 }
 
 // FIELD name arrays     for each array: name components tuples type     values
-void VtkAttributes::read_field(std::vector<MeshArray>& arrays) {
+void VtkAttributes::read_field(const Take& take) {
   cursor_.next_word("the name of a field");
   const std::size_t count = cursor_.next_count("the number of arrays", 1);
   for (std::size_t i = 0; i < count; ++i) {
@@ -135,11 +125,10 @@ void VtkAttributes::read_field(std::vector<MeshArray>& arrays) {
       cursor_.next_word("METADATA");
       skip_metadata();
     }
-    MeshArray array = {next_name(), 1, {}};
+    std::string name = next_name();
     const int components = cursor_.next_integer("the number of components");
     if (components < 0 || components > kMaxComponents)
       cursor_.fail("the number of components is out of range; export the file again");
-    array.num_components = components;
     const std::size_t tuples = cursor_.next_count("the number of values", 0);
     const std::size_t num_values = tuples * static_cast<std::size_t>(components);
     const std::string type = upper_case(cursor_.peek_word());
@@ -149,24 +138,23 @@ void VtkAttributes::read_field(std::vector<MeshArray>& arrays) {
       type == "STRING" ? skip_strings(num_values) : skip_bits(num_values);
       continue;
     }
-    const NumberType number = next_type();
+    const NumberType number = next_type(cursor_);
     end_header();
-    array.values = next_values(num_values, number, array.name);
-    if (components > 0) arrays.push_back(std::move(array));
+    read_array(std::move(name), components, tuples, number, take);
   }
 }
 
 // LOOKUP_TABLE name size     red, green, blue, alpha
 void VtkAttributes::skip_lookup_table() {
-  const std::string name = next_name();
+  std::string name = next_name();
   const std::size_t count = cursor_.next_count("the size of a lookup table", 4);
   end_header();
-  next_values(4 * count, NumberType::uint8, name);
+  read_array(std::move(name), 4, count, NumberType::uint8, {});
 }
 
 void VtkAttributes::skip_bits(std::size_t count) {
   if (coding_ == NumberCoding::text) {
-    next_values(count, NumberType::uint8, "bits");
+    read_array("bits", 1, count, NumberType::uint8, {});
   } else {
     cursor_.next_bytes((count + 7) / 8, "an array of bits");
   }
@@ -195,13 +183,6 @@ void VtkAttributes::skip_metadata() {
   }
 }
 
-NumberType VtkAttributes::next_type() {
-  const std::string_view word = cursor_.next_word("a type of numbers");
-  const std::optional<NumberType> type = number_type(word);
-  if (!type) cursor_.fail("'" + printable(word) + "' is no type of numbers; write int, float or double");
-  return *type;
-}
-
 void VtkAttributes::end_header() {
   if (cursor_.at_end()) return;
   const std::string_view rest = trimmed(cursor_.next_line("the values"));
@@ -219,11 +200,6 @@ int VtkAttributes::next_num_components(const char* what) {
   if (count < 1 || count > kMaxComponents)
     cursor_.fail(std::string(what) + " is out of range; export the file again");
   return count;
-}
-
-std::vector<double> VtkAttributes::next_values(std::size_t count, NumberType type, const std::string& name) {
-  const std::string what = "array '" + printable(name) + "'";
-  return next_numbers(cursor_, count, type, coding_, what.c_str());
 }
 
 }  // namespace palpate

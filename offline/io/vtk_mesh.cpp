@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <climits>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 #include "offline/io/set_arrays.hpp"
@@ -50,36 +50,44 @@ constexpr auto kVtkCellTypes = std::to_array<VtkCellType>({
 }  // namespace
 
 void VtkMesh::begin_piece() {
-  first_point_ = mesh_.positions.size();
-  first_cell_ = mesh_.cells.size();
+  first_point_ = num_points_;
+  first_cell_ = num_cells_;
+  num_coordinates_ = 0;
   // Pieces before were empty, and so are their arrays.
-  if (first_point_ == 0) mesh_.point_arrays.clear();
-  if (first_cell_ == 0) mesh_.cell_arrays.clear();
-  num_file_cells_ = 0;
+  if (first_point_ == 0) {
+    mesh_.point_arrays.clear();
+    point_heads_.clear();
+  }
+  if (first_cell_ == 0) {
+    mesh_.cell_arrays.clear();
+    cell_heads_.clear();
+  }
   sources_.clear();
 }
 
-void VtkMesh::add_points(FileCursor& from, std::size_t count, NumberType type, NumberCoding coding,
-                         int line) {
-  constexpr const char* kPoints = "the points";
-  check_room(from, 3 * count, type, coding, kPoints);
-  mesh_.positions.reserve(mesh_.positions.size() + count);
+void VtkMesh::add_coordinates(FileCursor& from, std::size_t count, NumberType type, NumberCoding coding) {
   for (std::size_t i = 0; i < count; ++i) {
-    Eigen::Vector3d point;
-    for (double& coordinate : point) coordinate = next_number(from, type, coding, kPoints);
-    if (!point.allFinite())
-      cursor_.fail_at(line, fmt::format("point {} has a coordinate that is no finite number; correct it", i));
-    mesh_.positions.push_back(point);
+    const double coordinate = next_number(from, type, coding, "a coordinate");
+    if (!std::isfinite(coordinate))
+      from.fail(fmt::format("point {} has a coordinate that is no finite number; correct it",
+                            num_points_of_piece()));
+    point_[static_cast<Eigen::Index>(num_coordinates_ % 3)] = coordinate;
+    if (++num_coordinates_ % 3 != 0) continue;
+    if (keeps_) mesh_.positions.push_back(point_);
+    if (++num_points_ > INT_MAX) from.fail("has more than 2147483647 points; split the mesh");
   }
 }
 
-void VtkMesh::add_cells(const VtkCells& cells, int line) {
-  check_nodes(cells, line);
-  num_file_cells_ = cells.types.size();
-  mesh_.cells.reserve(mesh_.cells.size() + num_file_cells_);
+void VtkMesh::check_node(const FileCursor& from, int node, std::size_t cell) const {
+  if (!has_point(node))
+    from.fail(fmt::format("cell {} names point {}, where points are 0 to {}; export the file again", cell,
+                          node, static_cast<int>(num_points_of_piece()) - 1));
+}
+
+void VtkMesh::add_cells(const VtkCells& cells, std::size_t count) {
   std::vector<int> nodes;
   std::size_t begin = 0;
-  for (std::size_t i = 0; i < num_file_cells_; ++i) {
+  for (std::size_t i = 0; i < count && keeps_; ++i) {
     const auto end = static_cast<std::size_t>(cells.ends[i]);
     nodes.clear();
     for (std::size_t at = begin; at < end; ++at)
@@ -87,22 +95,10 @@ void VtkMesh::add_cells(const VtkCells& cells, int line) {
     begin = end;
     const std::size_t num_before = mesh_.cells.size();
     add_cell(cells.types[i], nodes, cells.lines.empty() ? 0 : cells.lines[i]);
-    sources_.insert(sources_.end(), mesh_.cells.size() - num_before, static_cast<int>(i));
+    sources_.insert(sources_.end(), mesh_.cells.size() - num_before,
+                    static_cast<int>(num_cells_of_piece() + i));
   }
-}
-
-// Comes before the cells, which take more memory than the file.
-void VtkMesh::check_nodes(const VtkCells& cells, int line) const {
-  const auto num_points = static_cast<int>(num_points_of_piece());
-  const auto wrong =
-      std::ranges::find_if(cells.nodes, [&](int node) { return node < 0 || node >= num_points; });
-  if (wrong == cells.nodes.end()) return;
-  const auto place = static_cast<int>(wrong - cells.nodes.begin());
-  const auto cell =
-      static_cast<std::size_t>(std::ranges::upper_bound(cells.ends, place) - cells.ends.begin());
-  cursor_.fail_at(cells.lines.empty() ? line : cells.lines[cell],
-                  fmt::format("cell {} names point {}, where points are 0 to {}; export the file again", cell,
-                              *wrong, num_points - 1));
+  num_cells_ += count;
 }
 
 void VtkMesh::add_cell(int type, std::span<const int> nodes, int line) {
@@ -159,52 +155,56 @@ void VtkMesh::add(CellKind kind, std::span<const int> nodes, int line) {
   mesh_.cells.push_back(cell);
 }
 
-void VtkMesh::add_point_array(MeshArray array, int line) {
-  append(std::move(array), mesh_.point_arrays, first_point_, line);
+void VtkMesh::check_rows(const std::string& name, std::size_t num_rows, std::size_t num_items,
+                         const char* items, int line) const {
+  if (num_rows != num_items)
+    cursor_.fail_at(line, fmt::format("array '{}' has {} values for {} {}; export the file again",
+                                      printable(name), num_rows, num_items, items));
 }
 
-void VtkMesh::add_cell_array(const MeshArray& array, int line) {
-  const auto width = static_cast<std::size_t>(array.num_components);
-  if (array.values.size() != num_file_cells_ * width)
-    cursor_.fail_at(line, fmt::format("array '{}' has {} values for {} cells; export the file again",
-                                      printable(array.name), array.values.size(), num_file_cells_));
+void VtkMesh::add_point_array(MeshArray array, std::size_t num_rows, int line) {
+  check_rows(array.name, num_rows, num_points_of_piece(), "points", line);
+  ArrayHead head = {array.name, array.num_components, num_rows};
+  append(std::move(array), std::move(head), first_point_, point_heads_, mesh_.point_arrays, line);
+}
+
+void VtkMesh::add_cell_array(MeshArray array, std::size_t num_rows, int line) {
+  check_rows(array.name, num_rows, num_cells_of_piece(), "cells", line);
   MeshArray kept = {array.name, array.num_components, {}};
-  kept.values.reserve(sources_.size() * width);
+  const auto width = static_cast<std::size_t>(array.num_components);
+  if (keeps_) kept.values.reserve(sources_.size() * width);
   for (const int source : sources_) {
     const auto* begin = array.values.data() + static_cast<std::size_t>(source) * width;
     kept.values.insert(kept.values.end(), begin, begin + width);
   }
-  append(std::move(kept), mesh_.cell_arrays, first_cell_, line);
+  ArrayHead head = {array.name, array.num_components, num_rows};
+  append(std::move(kept), std::move(head), first_cell_, cell_heads_, mesh_.cell_arrays, line);
 }
 
-void VtkMesh::append(MeshArray array, std::vector<MeshArray>& arrays, std::size_t num_before, int line) {
-  if (num_before == 0) {
-    arrays.push_back(std::move(array));
+void VtkMesh::append(MeshArray array, ArrayHead head, std::size_t num_before, ArrayHeads& heads,
+                     std::vector<MeshArray>& arrays, int line) const {
+  const auto earlier = std::ranges::find_if(heads, [&](const ArrayHead& other) {
+    return num_before > 0 && other.name == head.name && other.num_components == head.num_components &&
+           other.num_rows == num_before;
+  });
+  if (earlier == heads.end() && num_before > 0)
+    cursor_.fail_at(line, "array '" + printable(head.name) +
+                              "' is not the same in every piece; merge the pieces before the export");
+  if (earlier != heads.end()) {
+    earlier->num_rows += head.num_rows;
+    if (!keeps_) return;
+    MeshArray& begun = arrays[static_cast<std::size_t>(earlier - heads.begin())];
+    begun.values.insert(begun.values.end(), array.values.begin(), array.values.end());
     return;
   }
-  for (MeshArray& earlier : arrays) {
-    const bool continues =
-        earlier.name == array.name && earlier.num_components == array.num_components &&
-        earlier.values.size() == num_before * static_cast<std::size_t>(array.num_components);
-    if (!continues) continue;
-    earlier.values.insert(earlier.values.end(), array.values.begin(), array.values.end());
-    return;
-  }
-  cursor_.fail_at(line, "array '" + printable(array.name) +
-                            "' is not the same in every piece; merge the pieces before the export");
+  heads.push_back(std::move(head));
+  if (keeps_) arrays.push_back(std::move(array));
 }
 
 MeshData VtkMesh::finish(int line) {
-  const auto check = [&](const std::vector<MeshArray>& arrays, std::size_t size) {
-    for (const MeshArray& array : arrays) {
-      if (array.values.size() == size * static_cast<std::size_t>(array.num_components)) continue;
-      cursor_.fail_at(line,
-                      fmt::format("array '{}' has no {} values; export the file again", printable(array.name),
-                                  size * static_cast<std::size_t>(array.num_components)));
-    }
-  };
-  check(mesh_.point_arrays, mesh_.positions.size());
-  check(mesh_.cell_arrays, mesh_.cells.size());
+  for (const ArrayHead& head : point_heads_)
+    check_rows(head.name, head.num_rows, num_points_, "points", line);
+  for (const ArrayHead& head : cell_heads_) check_rows(head.name, head.num_rows, num_cells_, "cells", line);
   number_from_one(mesh_);
   arrays_to_sets(mesh_);
   add_notes();

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <map>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "offline/io/file_cursor.hpp"
@@ -23,43 +24,65 @@ struct VtkCells {
   std::vector<int> lines;  // of each cell in the file; empty in a binary file
 };
 
-// A file has one piece or several, each with points, cells and arrays of its own. `line`: for messages
-// about the whole section.
+// A file has one piece or several, each with points, cells and arrays of its own. In the first pass the mesh
+// counts and checks, and keeps nothing. `line`: of the section, for messages.
 class VtkMesh {
  public:
-  explicit VtkMesh(const FileCursor& cursor) : cursor_(cursor) { mesh_.file = cursor.file(); }
+  VtkMesh(Pass pass, const FileCursor& cursor) : cursor_(cursor), keeps_(pass == Pass::build) {
+    mesh_.file = cursor.file();
+  }
 
   void begin_piece();
 
-  // Reads the points of the piece from `from`, which may be the file or a decoded array.
-  void add_points(FileCursor& from, std::size_t count, NumberType type, NumberCoding coding, int line);
+  // Adds `count` coordinates of points of the piece. `from`: the file, or a part of an array.
+  void add_coordinates(FileCursor& from, std::size_t count, NumberType type, NumberCoding coding);
 
-  // Adds the cells of the piece. Polygons and strips become triangles, polylines lines.
-  void add_cells(const VtkCells& cells, int line);
+  bool has_point(int node) const { return node >= 0 && node < static_cast<int>(num_points_of_piece()); }
 
-  // Add an array with values for each point or each cell of the piece's file.
-  void add_point_array(MeshArray array, int line);
-  void add_cell_array(const MeshArray& array, int line);
+  // Fails at the place of `from` if the piece has no such point.
+  void check_node(const FileCursor& from, int node, std::size_t cell) const;
 
-  std::size_t num_points_of_piece() const { return mesh_.positions.size() - first_point_; }
+  // Adds cells of the piece. Polygons and strips become triangles, polylines lines.
+  void add_cells(const VtkCells& cells, std::size_t count);
+
+  // Add an array with `num_rows` rows, one for each point or each cell of the piece's file.
+  void add_point_array(MeshArray array, std::size_t num_rows, int line);
+  void add_cell_array(MeshArray array, std::size_t num_rows, int line);
+
+  std::size_t num_points_of_piece() const { return num_points_ - first_point_; }
+  std::size_t num_cells_of_piece() const { return num_cells_ - first_cell_; }
 
   // Returns the mesh with its labels, sets and notes.
   MeshData finish(int line);
 
  private:
-  void check_nodes(const VtkCells& cells, int line) const;
+  // What all pieces must agree on, and the rows so far.
+  struct ArrayHead {
+    std::string name;
+    int num_components;
+    std::size_t num_rows;
+  };
+  using ArrayHeads = std::vector<ArrayHead>;
+
   void add_cell(int type, std::span<const int> nodes, int line);
   bool add_split_cell(int type, std::span<const int> nodes, int line);
   void add(CellKind kind, std::span<const int> nodes, int line);
-  void append(MeshArray array, std::vector<MeshArray>& arrays, std::size_t num_before, int line);
+  void check_rows(const std::string& name, std::size_t num_rows, std::size_t num_items, const char* items,
+                  int line) const;
+  void append(MeshArray array, ArrayHead head, std::size_t num_before, ArrayHeads& heads,
+              std::vector<MeshArray>& arrays, int line) const;
   void add_notes();
 
   const FileCursor& cursor_;
+  const bool keeps_;
   MeshData mesh_;
+  Eigen::Vector3d point_;
+  std::size_t num_coordinates_ = 0;
+  std::size_t num_points_ = 0, num_cells_ = 0;    // in the file
   std::size_t first_point_ = 0, first_cell_ = 0;  // of the piece
-  std::size_t num_file_cells_ = 0;                // of the piece
-  std::vector<int> sources_;                      // for each cell of the piece: its place in the file
-  std::map<int, int> num_left_out_;               // by VTK's type
+  std::vector<int> sources_;                      // for each cell of the mesh in the piece: its place there
+  ArrayHeads point_heads_, cell_heads_;
+  std::map<int, int> num_left_out_;  // by VTK's type
   std::map<CellKind, int> num_by_corners_;
 };
 

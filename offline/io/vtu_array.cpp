@@ -4,6 +4,8 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -11,6 +13,10 @@
 
 namespace palpate {
 namespace {
+
+using Take = std::function<void(std::string_view block)>;
+
+constexpr std::size_t kPieceBytes = std::size_t{1} << 16;  // a multiple of the size of each number
 
 int base64_digit(char letter) {
   if (letter >= 'A' && letter <= 'Z') return letter - 'A';
@@ -88,8 +94,58 @@ std::uint64_t next_header(StoredBytes& stored, const VtuCoding& coding) {
   return number;
 }
 
-std::string inflate_blocks(StoredBytes& stored, const VtuCoding& coding, std::size_t num_bytes,
-                           const VtuArrayPlace& place) {
+// Unpacks the compressed blocks of an array into pieces of kPieceBytes.
+class BlockInflater {
+ public:
+  BlockInflater(StoredBytes& stored, const Take& take) : stored_(stored), take_(take) {
+    if (inflateInit(&stream_) != Z_OK) throw std::bad_alloc();
+  }
+  BlockInflater(const BlockInflater&) = delete;
+  BlockInflater& operator=(const BlockInflater&) = delete;
+  ~BlockInflater() { inflateEnd(&stream_); }
+
+  // Unpacks the next block. Returns false if it is damaged, or has other than `size` bytes.
+  bool inflate_block(std::uint64_t num_stored, std::uint64_t size) {
+    inflateReset(&stream_);
+    std::string from;
+    stream_.avail_in = 0;
+    int outcome = Z_OK;
+    while (outcome == Z_OK) {
+      if (stream_.avail_in == 0 && num_stored > 0) {
+        from = stored_.next(std::min<std::uint64_t>(num_stored, kPieceBytes));
+        num_stored -= from.size();
+        stream_.next_in = reinterpret_cast<Bytef*>(from.data());
+        stream_.avail_in = static_cast<uInt>(from.size());
+      }
+      // A byte more than the block should have shows a block that is too long.
+      const auto room = static_cast<uInt>(std::min<std::uint64_t>(kPieceBytes - num_filled_, size + 1));
+      stream_.next_out = piece_.data() + num_filled_;
+      stream_.avail_out = room;
+      outcome = inflate(&stream_, Z_NO_FLUSH);
+      const uInt num_new = room - stream_.avail_out;
+      if (num_new > size) return false;
+      size -= num_new;
+      num_filled_ += num_new;
+      if (num_filled_ == kPieceBytes) flush();
+    }
+    return outcome == Z_STREAM_END && size == 0 && num_stored == 0 && stream_.avail_in == 0;
+  }
+
+  void flush() {
+    take_({reinterpret_cast<const char*>(piece_.data()), num_filled_});
+    num_filled_ = 0;
+  }
+
+ private:
+  StoredBytes& stored_;
+  const Take& take_;
+  z_stream stream_ = {};
+  std::array<Bytef, kPieceBytes> piece_;
+  std::size_t num_filled_ = 0;
+};
+
+void inflate_blocks(StoredBytes& stored, const VtuCoding& coding, std::size_t num_bytes,
+                    const VtuArrayPlace& place, const Take& take) {
   const std::uint64_t num_blocks = next_header(stored, coding);
   const std::uint64_t block_bytes = next_header(stored, coding);
   const std::uint64_t last_bytes = next_header(stored, coding);
@@ -99,21 +155,18 @@ std::string inflate_blocks(StoredBytes& stored, const VtuCoding& coding, std::si
                     num_whole * block_bytes + last_bytes == num_bytes;
   if (!fits)
     place.fail(fmt::format("has blocks that do not make up its {} bytes; export the file again", num_bytes));
-  std::vector<std::uint64_t> sizes(num_blocks);
-  for (std::uint64_t& size : sizes) size = next_header(stored, coding);
-  std::string bytes;
-  std::string block;
-  for (std::uint64_t i = 0; i < num_blocks; ++i) {
-    const std::string compressed = stored.next(sizes[i]);
-    block.resize(i < num_whole ? block_bytes : last_bytes);
-    uLongf size = block.size();
-    const int outcome = uncompress(reinterpret_cast<Bytef*>(block.data()), &size,
-                                   reinterpret_cast<const Bytef*>(compressed.data()), compressed.size());
-    if (outcome != Z_OK || size != block.size())
-      place.fail(fmt::format("has a damaged compressed block {}; copy or export the file again", i + 1));
-    bytes += block;
+  std::vector<std::uint32_t> sizes(num_blocks);
+  for (std::uint32_t& size : sizes) {
+    const std::uint64_t stated = next_header(stored, coding);
+    if (stated > stored.most_left()) place.fail("ends early; copy or export the file again");
+    size = static_cast<std::uint32_t>(stated);
   }
-  return bytes;
+  BlockInflater inflater(stored, take);
+  for (std::uint64_t i = 0; i < num_blocks; ++i) {
+    if (!inflater.inflate_block(sizes[i], i < num_whole ? block_bytes : last_bytes))
+      place.fail(fmt::format("has a damaged compressed block {}; copy or export the file again", i + 1));
+  }
+  inflater.flush();
 }
 
 }  // namespace
@@ -122,20 +175,25 @@ void VtuArrayPlace::fail(const std::string& message) const {
   cursor.fail_at(line, "array '" + printable(name) + "' " + message);
 }
 
-std::string decode_vtu_array(std::string_view stored, bool is_base64, const VtuCoding& coding,
-                             std::size_t num_bytes, std::size_t& growth_left, const VtuArrayPlace& place) {
-  if (num_bytes == 0) return {};
+void decode_vtu_array(std::string_view stored, bool is_base64, const VtuCoding& coding, std::size_t num_bytes,
+                      std::size_t& growth_left, const VtuArrayPlace& place, const Take& take) {
+  if (num_bytes == 0) return;
   StoredBytes bytes(stored, is_base64, place);
   if (coding.is_compressed) {
     if (num_bytes > growth_left)
       place.fail("would grow far beyond the size of the file; export the file without compression");
     growth_left -= num_bytes;
-    return inflate_blocks(bytes, coding, num_bytes, place);
+    return inflate_blocks(bytes, coding, num_bytes, place, take);
   }
   const std::uint64_t size = next_header(bytes, coding);
   if (size != num_bytes)
     place.fail(fmt::format("has {} bytes, where its values take {}; export the file again", size, num_bytes));
-  return bytes.next(num_bytes);
+  if (num_bytes > bytes.most_left()) place.fail("ends early; copy or export the file again");
+  while (num_bytes > 0) {
+    const std::string piece = bytes.next(std::min(num_bytes, kPieceBytes));
+    num_bytes -= piece.size();
+    take(piece);
+  }
 }
 
 }  // namespace palpate

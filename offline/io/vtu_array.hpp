@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -34,9 +35,11 @@ struct VtuArrayPlace {
   [[noreturn]] void fail(const std::string& message) const;
 };
 
-// Returns the `num_bytes` bytes of an array that begins at the start of `stored`. `growth_left`: bytes
-// that the file's compressed arrays may still grow to, so that a small file cannot fill the memory.
-std::string decode_vtu_array(std::string_view stored, bool is_base64, const VtuCoding& coding,
-                             std::size_t num_bytes, std::size_t& growth_left, const VtuArrayPlace& place);
+// Gives the `num_bytes` bytes of an array that begins at the start of `stored` to `take`, in blocks of whole
+// numbers, so that no array stands in memory. `growth_left`: bytes that the file's compressed arrays may
+// still grow to, so that a small file cannot fill the memory.
+void decode_vtu_array(std::string_view stored, bool is_base64, const VtuCoding& coding, std::size_t num_bytes,
+                      std::size_t& growth_left, const VtuArrayPlace& place,
+                      const std::function<void(std::string_view block)>& take);
 
 }  // namespace palpate

@@ -1,24 +1,18 @@
-#include <fmt/format.h>
-
-#include <bit>
 #include <cstdint>
-#include <iterator>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "offline/io/file_text.hpp"
 #include "offline/io/finished_file.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/set_arrays.hpp"
 #include "offline/io/vtk_mesh.hpp"
-#include "offline/io/vtu_format.hpp"
 
 namespace palpate {
 namespace {
-
-static_assert(std::endian::native == std::endian::little,
-              "the values are written in the order they have in memory");
-static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double) && sizeof(int) == 4);
 
 std::string escaped_for_xml(std::string_view text) {
   std::string escaped;
@@ -43,21 +37,18 @@ class VtuDocument {
 
   template <typename T>
   void array(std::string_view type, std::string_view name, int components, std::span<const T> values) {
-    xml_ += fmt::format("        <DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"",
-                        type, escaped_for_xml(name), components);
-    if (!is_binary_) {
-      xml_ += "ascii\">\n";
-      for (std::size_t i = 0; i < values.size(); ++i) {
-        fmt::format_to(std::back_inserter(xml_), "{}", values[i]);
-        xml_ += (i + 1) % static_cast<std::size_t>(components) == 0 ? '\n' : ' ';
-      }
-      xml_ += "        </DataArray>\n";
+    xml.text("        <DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"", type,
+             escaped_for_xml(name), components);
+    if (is_binary_) {
+      xml.text("appended\" offset=\"{}\"/>\n", blocks_.bytes.size());
+      blocks_.binary(std::uint64_t{values.size_bytes()});
+      for (const T value : values) blocks_.binary(value);
       return;
     }
-    xml_ += fmt::format("appended\" offset=\"{}\"/>\n", blocks_.size());
-    const std::uint64_t bytes = values.size_bytes();
-    blocks_.append(reinterpret_cast<const char*>(&bytes), sizeof bytes);
-    blocks_.append(reinterpret_cast<const char*>(values.data()), bytes);
+    xml.text("ascii\">\n");
+    for (std::size_t i = 0; i < values.size(); ++i)
+      xml.text("{}{}", values[i], (i + 1) % static_cast<std::size_t>(components) == 0 ? '\n' : ' ');
+    xml.text("        </DataArray>\n");
   }
 
   void arrays(const std::vector<MeshArray>& arrays) {
@@ -71,20 +62,21 @@ class VtuDocument {
     }
   }
 
-  void line(std::string_view text) {
-    xml_ += text;
-    xml_ += '\n';
+  std::string finish() {
+    if (is_binary_) {
+      xml.text("  <AppendedData encoding=\"raw\">\n_");
+      xml.bytes += blocks_.bytes;
+      xml.text("\n  </AppendedData>\n");
+    }
+    xml.text("</VTKFile>\n");
+    return std::move(xml.bytes);
   }
 
-  std::string text() const {
-    if (!is_binary_) return xml_ + "</VTKFile>\n";
-    return xml_ + "  <AppendedData encoding=\"raw\">\n_" + blocks_ + "\n  </AppendedData>\n</VTKFile>\n";
-  }
+  FileText xml;
 
  private:
   bool is_binary_;
-  std::string xml_;
-  std::string blocks_;
+  FileText blocks_;
 };
 
 void add_vtu_cells(const MeshData& mesh, VtuDocument& document) {
@@ -96,11 +88,11 @@ void add_vtu_cells(const MeshData& mesh, VtuDocument& document) {
     cell_ends.push_back(static_cast<std::int64_t>(connectivity.size()));
     cell_types.push_back(static_cast<std::uint8_t>(vtk_type(cell)));
   }
-  document.line("      <Cells>");
+  document.xml.text("      <Cells>\n");
   document.array<int>("Int32", "connectivity", 1, connectivity);
   document.array<std::int64_t>("Int64", "offsets", 1, cell_ends);
   document.array<std::uint8_t>("UInt8", "types", 1, cell_types);
-  document.line("      </Cells>");
+  document.xml.text("      </Cells>\n");
 }
 
 }  // namespace
@@ -111,26 +103,22 @@ void write_vtu(const MeshData& mesh, const WriteOptions& options, const std::fil
   for (const Eigen::Vector3d& position : mesh.positions)
     coordinates.insert(coordinates.end(), position.begin(), position.end());
   VtuDocument document(options.is_binary);
-  document.line("<?xml version=\"1.0\"?>");
-  document.line(
-      "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" "
-      "header_type=\"UInt64\">");
-  document.line("  <UnstructuredGrid>");
-  document.line(fmt::format("    <Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">", mesh.positions.size(),
-                            mesh.cells.size()));
-  document.line("      <PointData>");
+  document.xml.text(
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+      "byte_order=\"LittleEndian\" "
+      "header_type=\"UInt64\">\n  <UnstructuredGrid>\n    <Piece NumberOfPoints=\"{}\" "
+      "NumberOfCells=\"{}\">\n"
+      "      <PointData>\n",
+      mesh.positions.size(), mesh.cells.size());
   document.arrays(point_arrays_with_sets(mesh));
-  document.line("      </PointData>");
-  document.line("      <CellData>");
+  document.xml.text("      </PointData>\n      <CellData>\n");
   document.arrays(cell_arrays_with_sets(mesh));
-  document.line("      </CellData>");
-  document.line("      <Points>");
+  document.xml.text("      </CellData>\n      <Points>\n");
   document.array<double>("Float64", "Points", 3, coordinates);
-  document.line("      </Points>");
+  document.xml.text("      </Points>\n");
   add_vtu_cells(mesh, document);
-  document.line("    </Piece>");
-  document.line("  </UnstructuredGrid>");
-  write_finished_text(file, document.text());
+  document.xml.text("    </Piece>\n  </UnstructuredGrid>\n");
+  write_finished_text(file, document.finish());
 }
 
 }  // namespace palpate

@@ -239,6 +239,7 @@ struct DraftAssembly {
 
 // Inside of *PART and *INSTANCE, the mesh is the mesh of that part or instance.
 struct Draft : DraftMesh {
+  bool keeps_mesh = true;  // false: nodes, elements and members of sets are checked and not kept
   std::vector<DraftMaterial> materials;
   std::vector<Amplitude> amplitudes;
   std::vector<DraftTie> ties;

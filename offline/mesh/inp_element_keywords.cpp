@@ -140,13 +140,14 @@ void read_elements(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
     if (count < wanted && continues) continue;
     if (count < wanted) {
       lexer.fail(line->place, "expected " + layout + ", found " + std::to_string(count) +
-                                  (count == 1 ? " field" : " fields"));
+                                  (count == 1 ? " field" : " fields") + "; correct the line");
     }
-    add_element(type, numbers, place, draft);
-    if (set >= 0) draft.element_sets[set].ranges.push_back({numbers[0], numbers[0], 1, place});
+    if (draft.keeps_mesh) add_element(type, numbers, place, draft);
+    if (draft.keeps_mesh && set >= 0)
+      draft.element_sets[set].ranges.push_back({numbers[0], numbers[0], 1, place});
     count = 0;
   }
-  if (count > 0) lexer.fail(place, "expected " + layout + ", the element is cut short");
+  if (count > 0) lexer.fail(place, "expected " + layout + ", the element is cut short; add its nodes");
 }
 
 }  // namespace palpate

@@ -15,7 +15,7 @@ FieldReader::FieldReader(const InpLexer& lexer, const DataLine& line, std::size_
   while (count > most && line.fields[count - 1].empty()) --count;
   if (count < least || count > most) {
     lexer.fail(line.place, "expected " + layout + ", found " + std::to_string(count) +
-                               (count == 1 ? " field" : " fields"));
+                               (count == 1 ? " field" : " fields") + "; correct the line");
   }
 }
 

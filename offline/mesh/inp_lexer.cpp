@@ -15,6 +15,9 @@ namespace {
 constexpr std::size_t kDeepestInclude = 32;
 // This number exceeds the files of any model, and bounds files that include others repeatedly.
 constexpr int kMostIncludes = 10000;
+// A field takes more memory than its letters.
+constexpr std::ptrdiff_t kMostFields = 10000;
+constexpr std::size_t kLongestKeyword = 100000;  // bytes
 
 bool is_comment(std::string_view line) {
   return line.substr(0, 2) == "**";
@@ -53,11 +56,6 @@ std::string shown_words(std::string_view text, std::string_view mark = {}) {
     shown += normalised_name(std::string_view(&c, 1));
   }
   return printable(shown);
-}
-
-std::string unquoted(std::string_view text) {
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = text.substr(1, text.size() - 2);
-  return std::string(text);
 }
 
 }  // namespace
@@ -144,6 +142,7 @@ void InpLexer::open(const std::filesystem::path& file, Place named_at) {
   if (opened->content.size() > bytes_left_)
     refuse("the files of this model are together larger than " + std::to_string(kMaxModelBytes) +
            " bytes, the limit; name smaller files");
+  if (opened->content.empty() && !included) refuse("is empty; copy or export it again");
   bytes_left_ -= opened->content.size();
   if (opened->content.rfind("\xEF\xBB\xBF", 0) == 0) opened->next = 3;  // a UTF-8 byte order mark
   opened->place.file = files_.add(file.string());
@@ -215,13 +214,16 @@ void InpLexer::advance() {
 }
 
 void InpLexer::read_keyword(std::string_view line, Place place) {
-  std::string whole(line.substr(1));
+  std::string whole(line.substr(1, kLongestKeyword + 1));
   std::string_view continuation;
   while (whole.ends_with(',') && peek_line(continuation) && continuation.front() != '*') {
     Place ignored;
     next_line(continuation, ignored);
     whole += continuation;
+    if (whole.size() > kLongestKeyword) break;
   }
+  if (whole.size() > kLongestKeyword)
+    fail(place, "a keyword has more than " + std::to_string(kLongestKeyword) + " bytes; write it anew");
   std::vector<std::string_view> fields;
   split_fields(whole, fields);
   keyword_ = KeywordLine();
@@ -242,6 +244,8 @@ void InpLexer::read_keyword(std::string_view line, Place place) {
 void InpLexer::read_data(std::string_view line, Place place) {
   data_.text = line;
   data_.place = place;
+  if (std::ranges::count(line, ',') >= kMostFields)
+    fail(place, "the line has more than " + std::to_string(kMostFields) + " fields; break it");
   split_fields(line, data_.fields);
 }
 

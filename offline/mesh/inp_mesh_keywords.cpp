@@ -87,7 +87,7 @@ void read_listed(const InpLexer& lexer, const DataLine& line, const char* kind, 
     } else {
       require_scope(lexer, line.place, draft, scope);
       const int label = shifted_label(fields.label(i, "label"), scope.offset);
-      sets[set].ranges.push_back({label, label, 1, line.place});
+      if (draft.keeps_mesh) sets[set].ranges.push_back({label, label, 1, line.place});
     }
   }
 }
@@ -143,6 +143,7 @@ void read_nodes(InpLexer& lexer, const KeywordLine& keyword, Draft& draft) {
     node.label = fields.label(0, "node label");
     node.position = {fields.number(1), fields.number(2), fields.number(3)};
     node.place = line->place;
+    if (!draft.keeps_mesh) continue;
     draft.nodes.push_back(node);
     if (set >= 0) draft.node_sets[set].ranges.push_back({node.label, node.label, 1, node.place});
   }

@@ -172,8 +172,13 @@ void keep_structure(const KeywordLine& keyword, Draft& draft) {
 // Reads the keywords of a file into a draft. Goes on at the next keyword after a refusal.
 class Reading {
  public:
-  Reading(const std::filesystem::path& file, const std::filesystem::path& include_root)
-      : file_(file.string()), lexer_(file, include_root) {}
+  Reading(const std::filesystem::path& file, const std::filesystem::path& include_root,
+          bool keeps_mesh = true)
+      : file_(file.string()), lexer_(file, include_root) {
+    draft_.keeps_mesh = keeps_mesh;
+  }
+
+  void check() { read(); }
 
   Model run(double merge_length) {
     read();
@@ -273,12 +278,15 @@ class Reading {
 
 }  // namespace
 
+// The files are read twice: a file with a mistake is refused before its mesh takes memory.
 Model read_inp(const std::filesystem::path& file, const std::filesystem::path& include_root,
                double merge_length) {
+  Reading(file, include_root, false).check();
   return Reading(file, include_root).run(merge_length);
 }
 
 Model read_inp_mesh(const std::filesystem::path& file, const std::filesystem::path& include_root) {
+  Reading(file, include_root, false).check();
   return Reading(file, include_root).run_mesh();
 }
 

@@ -9,6 +9,7 @@
 #include "offline/mesh/element_faces.hpp"
 #include "offline/mesh/inp_fields.hpp"
 #include "offline/mesh/input_error.hpp"
+#include "offline/mesh/merge_nodes.hpp"
 #include "offline/mesh/nearest_name.hpp"
 #include "offline/mesh/text_number.hpp"
 
@@ -48,7 +49,9 @@ class TieResolver {
 
   void run() {
     for (const DraftTie& tie : draft_.ties) join(tie);
-    replace_nodes();
+    for (int node = 0; node < model_.num_nodes(); ++node)
+      joined_[static_cast<std::size_t>(node)] = representative(node);
+    replace_nodes(model_, joined_);
   }
 
  private:
@@ -154,30 +157,6 @@ class TieResolver {
                      "nodes at the same places, one to one, are joined: mesh both bodies together",
                      printable(master_name), partners, model_.labels[static_cast<std::size_t>(slave)],
                      printable(slave_name)));
-  }
-
-  // Takes the replaced nodes out of the model. Their labels name the nodes that stand for them.
-  void replace_nodes() {
-    std::vector<int> index(joined_.size(), -1);
-    int count = 0;
-    for (std::size_t node = 0; node < joined_.size(); ++node) {
-      if (representative(static_cast<int>(node)) != static_cast<int>(node)) continue;
-      model_.labels[static_cast<std::size_t>(count)] = model_.labels[node];
-      model_.positions[static_cast<std::size_t>(count)] = model_.positions[node];
-      index[node] = count++;
-    }
-    model_.labels.resize(static_cast<std::size_t>(count));
-    model_.positions.resize(static_cast<std::size_t>(count));
-    const auto replaced = [&](int node) { return index[static_cast<std::size_t>(representative(node))]; };
-    for (Tetrahedron& element : model_.elements) {
-      for (int& node : element.nodes()) node = replaced(node);
-    }
-    for (auto& [label, node] : model_.label_index) node = replaced(node);
-    for (auto& [name, members] : model_.node_sets) {
-      for (int& node : members) node = replaced(node);
-      std::sort(members.begin(), members.end());
-      members.erase(std::unique(members.begin(), members.end()), members.end());
-    }
   }
 
   const Draft& draft_;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <string>
 
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesh/point_groups.hpp"
@@ -55,46 +57,41 @@ void check_no_collapse(const Model& model, const std::vector<int>& first, double
   }
 }
 
-// Removes the nodes that another takes the place of. Returns the new index of each node.
-std::vector<int> renumber(Model& model, const std::vector<int>& first) {
-  std::vector<int> index(first.size());
+}  // namespace
+
+void replace_nodes(Model& model, const std::vector<int>& first) {
+  std::vector<int> index(first.size(), -1);
   int kept = 0;
   for (std::size_t node = 0; node < first.size(); ++node) {
-    if (first[node] != static_cast<int>(node)) {
-      index[node] = index[slot(first[node])];
-      continue;
-    }
-    index[node] = kept;
+    if (first[node] != static_cast<int>(node)) continue;
     model.positions[slot(kept)] = model.positions[node];
     model.labels[slot(kept)] = model.labels[node];
-    ++kept;
+    index[node] = kept++;
   }
   model.positions.resize(slot(kept));
   model.labels.resize(slot(kept));
-  return index;
+  const auto replace = [&](int& node) { node = index[slot(first[slot(node)])]; };
+  for (auto& [label, node] : model.label_index) replace(node);
+  for (Tetrahedron& element : model.elements) std::ranges::for_each(element.nodes(), replace);
+  for (auto& [name, nodes] : model.node_sets) {
+    std::ranges::for_each(nodes, replace);
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  }
 }
-
-}  // namespace
 
 void merge_nodes(Model& model, double length, const ModelOrigin& origin) {
   const std::vector<int> first = first_nodes(model, length);
   check_no_collapse(model, first, length, origin);
-  const std::size_t before = first.size();
-  const std::vector<int> index = renumber(model, first);
-  for (auto& [label, node] : model.label_index) node = index[slot(node)];
-  for (Tetrahedron& element : model.elements) {
-    for (int& node : element.nodes()) node = index[slot(node)];
-  }
+  std::map<std::string, std::size_t> sizes;
+  for (const auto& [name, nodes] : model.node_sets) sizes[name] = nodes.size();
+  replace_nodes(model, first);
   std::string smaller_sets;
-  for (auto& [name, nodes] : model.node_sets) {
-    const std::size_t size = nodes.size();
-    for (int& node : nodes) node = index[slot(node)];
-    std::sort(nodes.begin(), nodes.end());
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    if (nodes.size() < size) smaller_sets += (smaller_sets.empty() ? "" : ", ") + printable(name);
+  for (const auto& [name, nodes] : model.node_sets) {
+    if (nodes.size() < sizes[name]) smaller_sets += (smaller_sets.empty() ? "" : ", ") + printable(name);
   }
   model.merge_length = length;
-  const std::size_t merged = before - model.positions.size();
+  const std::size_t merged = first.size() - model.positions.size();
   std::string message = fmt::format("{}: merged {} node{} into others closer than {:g}", model.file, merged,
                                     merged == 1 ? "" : "s", length);
   if (!smaller_sets.empty()) {

@@ -24,6 +24,7 @@ std::string read_open_file(int file, std::size_t max_bytes, std::string& content
       "is larger than " + std::to_string(max_bytes) + " bytes, the limit; name a smaller file";
   if (static_cast<std::size_t>(found.st_size) > max_bytes) return too_large;
   std::string text;
+  text.reserve(static_cast<std::size_t>(found.st_size));  // a text that grows takes up to twice its size
   char block[1 << 16];
   for (;;) {
     const ssize_t count = read(file, block, sizeof block);

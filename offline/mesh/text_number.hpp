@@ -18,6 +18,13 @@ std::optional<double> parse_number(std::string_view text);
 // Parses all of `text` as an integer, such as "+5"; refuses "5.".
 std::optional<int> parse_integer(std::string_view text);
 
+// Change the letters of ASCII alone.
+std::string lower_case(std::string_view text);
+std::string upper_case(std::string_view text);
+
+// Removes double quotes around the text.
+std::string unquoted(std::string_view text);
+
 // Normalises a name: upper case, no blanks. A name in double quotes keeps its letters and loses the quotes.
 std::string normalised_name(std::string_view text);
 

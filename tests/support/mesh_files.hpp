@@ -1,23 +1,33 @@
-// What the tests of mesh formats share: a mesh with everything, comparison, and damage.
+// What the tests of mesh formats share: bytes, a mesh with everything, comparison, and damage.
 #pragma once
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <functional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "offline/io/mesh_data.hpp"
+#include "offline/io/file_cursor.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/mesh/input_error.hpp"
+#include "tests/support/temp_dir.hpp"
 
 namespace palpate::test {
 
+using CursorReader = MeshData (*)(FileCursor& cursor);
 using MeshReader = std::function<MeshData(const std::string& bytes)>;
+using MeshWriter = void (*)(const MeshData&, const WriteOptions&, const std::filesystem::path&);
 
-// The message of the refusal, or "" where the reader accepts the bytes.
+inline MeshData read_bytes(CursorReader read, std::string_view bytes) {
+  FileCursor cursor("organ", 1, std::string(bytes));
+  return read(cursor);
+}
+
+// The message of the refusal, or "" where the reader accepts the bytes. Any other exception fails the test.
 inline std::string refusal(const MeshReader& read, const std::string& bytes) {
   try {
     read(bytes);
@@ -25,6 +35,10 @@ inline std::string refusal(const MeshReader& read, const std::string& bytes) {
     return error.what();
   }
   return "";
+}
+
+inline std::string refusal_of_bytes(CursorReader read, std::string_view bytes) {
+  return refusal([&](const std::string& copy) { return read_bytes(read, copy); }, std::string(bytes));
 }
 
 // Text with `from` replaced by `to` once.
@@ -42,8 +56,26 @@ inline std::string bytes_of(std::string_view hex) {
   return bytes;
 }
 
+// Bytes of a binary file that a source file holds as base64.
+inline std::string from_base64(std::string_view text) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string bytes;
+  unsigned bits = 0;
+  int num_bits = 0;
+  for (const char letter : text) {
+    const std::size_t digit = kDigits.find(letter);
+    if (digit == std::string_view::npos) continue;
+    bits = (bits << 6 | static_cast<unsigned>(digit)) & 0xffff;
+    num_bits += 6;
+    if (num_bits < 8) continue;
+    num_bits -= 8;
+    bytes += static_cast<char>(bits >> num_bits & 0xff);
+  }
+  return bytes;
+}
+
 // Cuts the file at every byte and changes every byte. The reader must accept the result or refuse it in one
-// line with the name of the file. Returns the number of refusals.
+// short line with the name of the file. Returns the number of refusals.
 inline int expect_clear_refusals(const MeshReader& read, const std::string& bytes) {
   int num_refused = 0;
   const auto expect_clear = [&](const std::string& damaged) {
@@ -51,18 +83,31 @@ inline int expect_clear_refusals(const MeshReader& read, const std::string& byte
     if (message.empty()) return;
     ++num_refused;
     EXPECT_EQ(message.find_first_of("\n\r"), std::string::npos) << message;
-    EXPECT_TRUE(message.starts_with("file")) << message;
+    EXPECT_TRUE(message.starts_with("file") || message.starts_with("organ")) << message;
+    EXPECT_NE(message.find(';'), std::string::npos) << message;
     EXPECT_LT(message.size(), 300U);
   };
   for (std::size_t size = 0; size < bytes.size(); ++size) expect_clear(bytes.substr(0, size));
   for (std::size_t i = 0; i < bytes.size(); ++i) {
-    for (const char letter : {'\0', '\xff', '9', '-', '\n', ' ', '#'}) {
+    for (const char letter : {'\0', '\x7f', '\xff', '9', '-', '\n', ' ', '#'}) {
       std::string damaged = bytes;
       damaged[i] = letter;
       expect_clear(damaged);
     }
   }
   return num_refused;
+}
+
+inline int expect_survives_damage(CursorReader read, const std::string& bytes) {
+  return expect_clear_refusals([&](const std::string& copy) { return read_bytes(read, copy); }, bytes);
+}
+
+// Writes the mesh, and returns what `read` makes of the file.
+inline MeshData round_trip(const MeshData& mesh, MeshWriter write, CursorReader read, bool is_binary) {
+  const TempDir dir;
+  write(mesh, {.is_binary = is_binary}, dir.path() / "organ");
+  FileCursor cursor(dir.path() / "organ");
+  return read(cursor);
 }
 
 inline MeshCell cell_of(CellKind kind, int label, const std::vector<int>& nodes) {
@@ -136,6 +181,26 @@ inline void expect_equal_meshes(const MeshData& found, const MeshData& expected,
   }
   EXPECT_EQ(found.node_sets, expected.node_sets);
   EXPECT_EQ(found.element_sets, expected.element_sets);
+}
+
+// Equal arrays, too; labels may differ.
+inline void expect_equal_meshes(const MeshData& found, const MeshData& expected) {
+  expect_equal_meshes(found, expected, false);
+  expect_equal_arrays(found.point_arrays, expected.point_arrays);
+  expect_equal_arrays(found.cell_arrays, expected.cell_arrays);
+}
+
+// The mesh with everything under names and numbers that VTK's files must quote or keep whole.
+inline MeshData mesh_with_odd_names() {
+  MeshData mesh = mesh_with_everything();
+  mesh.cells.push_back(cell_of(CellKind::point, 11, {5}));
+  mesh.node_sets["NONE"] = {};
+  mesh.point_arrays[0].name = "u <1> & \"2\"";
+  mesh.point_arrays[1].values[7] = 1e300;
+  mesh.cell_arrays[0].name = "100% label";
+  mesh.cell_arrays[0].values.push_back(2147483647);
+  mesh.cell_arrays.push_back({"E", 1, std::vector<double>(mesh.cells.size(), 1e-300)});
+  return mesh;
 }
 
 }  // namespace palpate::test

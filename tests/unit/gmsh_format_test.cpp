@@ -1,5 +1,5 @@
 // Gmsh's files: those of Gmsh itself, round trips and damage.
-#include "offline/io/gmsh_format.hpp"
+#include "offline/io/mesh_formats.hpp"
 
 #include <gtest/gtest.h>
 
@@ -71,7 +71,7 @@ TEST(GmshFormat, KeepsAMeshThroughEachVersion) {
     for (const bool is_binary : {false, true}) {
       SCOPED_TRACE(name);
       write_gmsh(mesh, {is_binary}, dir.path() / name);
-      const MeshData found = read_gmsh(dir.path() / name);
+      const MeshData found = read_mesh(dir.path() / name);
       expect_equal_meshes(found, mesh, true);
       expect_equal_arrays(found.point_arrays, mesh.point_arrays);
       expect_equal_arrays(found.cell_arrays, mesh.cell_arrays);
@@ -86,7 +86,7 @@ TEST(GmshFormat, NumbersAnewWhereLabelsAreNotUnique) {
   mesh.node_labels[3] = mesh.node_labels[4];
   mesh.cells[0].label = 0;
   write_gmsh(mesh, {}, dir.path() / "a.msh");
-  const MeshData found = read_gmsh(dir.path() / "a.msh");
+  const MeshData found = read_mesh(dir.path() / "a.msh");
   expect_equal_meshes(found, mesh, false);
   EXPECT_EQ(found.node_labels[0], 1);
   EXPECT_EQ(found.cells[9].label, 10);

@@ -112,7 +112,8 @@ TEST_F(InpReader, RefusesBrokenAssemblies) {
   EXPECT_EQ(refusal(assembly(instance("One", "1, 2, 3\n0, 0, 0, 0, 0, 0, 90\n")) + held),
             "organ.inp:22: the two points of the axis are the same; correct one of them");
   EXPECT_EQ(refusal(assembly(instance("One", "1, 2, 3\n0, 0, 1\n")) + held),
-            "organ.inp:22: expected two points of the axis and the angle in degrees, found 3 fields");
+            "organ.inp:22: expected two points of the axis and the angle in degrees, found 3 fields; correct "
+            "the line");
   EXPECT_EQ(refusal(assembly(instance("One") + "*NSET, NSET=Base\n1\n") + held),
             "organ.inp:23: a label in an assembly belongs to no instance; add INSTANCE= to the keyword");
   EXPECT_EQ(

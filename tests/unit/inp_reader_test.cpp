@@ -156,7 +156,7 @@ TEST_F(InpReader, RefusesAFileThatIsNotThere) {
   EXPECT_EQ(message(dir_.path() / "none.inp"),
             "none.inp: cannot be read (No such file or directory); check its name");
   EXPECT_EQ(message(dir_.path() / "."), ".: is a folder; name a file");
-  EXPECT_EQ(refusal(""), "organ.inp: the model has no elements; add *ELEMENT, TYPE=C3D4");
+  EXPECT_EQ(refusal(""), "organ.inp: is empty; copy or export it again");
 }
 
 TEST_F(InpReader, WarnsOfMaterialsThatLock) {

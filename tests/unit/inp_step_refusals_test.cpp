@@ -90,9 +90,9 @@ INSTANTIATE_TEST_SUITE_P(
                 "organ.inp:20: the smallest increment is longer than the initial one; shorten it"},
         BadStep{"*STEP, NLGEOM\n*STATIC\n0.1, 1, 0.1, 0.05\n",
                 "organ.inp:20: the largest increment is shorter than the smallest; lengthen it"},
-        BadStep{
-            "*STEP, NLGEOM\n*STATIC\n1,1,1,1,1\n",
-            "organ.inp:20: expected initial increment, period, smallest, largest increment, found 5 fields"},
+        BadStep{"*STEP, NLGEOM\n*STATIC\n1,1,1,1,1\n",
+                "organ.inp:20: expected initial increment, period, smallest, largest increment, found 5 "
+                "fields; correct the line"},
         BadStep{"*STEP, NLGEOM\n*DYNAMIC\n", "organ.inp:19: *DYNAMIC is not supported; write *STATIC"},
         BadStep{"*STEP, NLGEOM\n*NODE\n",
                 "organ.inp:19: *NODE stands after *STEP; move it before the first step"},

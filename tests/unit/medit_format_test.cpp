@@ -1,5 +1,5 @@
 // Medit's files: those of Gmsh and Mmg, round trips and damage.
-#include "offline/io/medit_format.hpp"
+#include "offline/io/mesh_formats.hpp"
 
 #include <gtest/gtest.h>
 
@@ -95,7 +95,7 @@ TEST(MeditFormat, KeepsAMesh) {
   const TempDir dir;
   const MeshData mesh = mesh_with_everything();
   write_medit(mesh, {}, dir.path() / "a.mesh");
-  expect_equal_meshes(read_medit(dir.path() / "a.mesh"), mesh, false);
+  expect_equal_meshes(read_mesh(dir.path() / "a.mesh"), mesh, false);
 }
 
 TEST(MeditFormat, KeepsTheNumberOfAReference) {

@@ -3,11 +3,9 @@
 
 #include <Eigen/Geometry>
 
-#include "offline/io/obj_format.hpp"
-#include "offline/io/ply_format.hpp"
-#include "offline/io/stl_format.hpp"
+#include "offline/io/mesh_formats.hpp"
 #include "offline/io/surface_cells.hpp"
-#include "tests/support/mesh_bytes.hpp"
+#include "tests/support/mesh_files.hpp"
 
 namespace palpate::test {
 namespace surface_formats_test {
@@ -178,8 +176,10 @@ TEST(StlFormat, RefusesInOneLine) {
             "organ: is no STL file, which starts with 'solid' or with 84 bytes; check its ending");
   EXPECT_EQ(refusal_of_bytes(kReadStl, "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 nan\n"),
             "organ:4: triangle 1 has a coordinate that is no finite number; correct it");
-  EXPECT_EQ(refusal_of_bytes(kReadStl, "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0,5 0 0\n"),
-            "organ:4: '0,5' is no number, where a coordinate should be; correct it");
+  EXPECT_EQ(
+      refusal_of_bytes(kReadStl, "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0,5 0 0\n"),
+      "organ:4: '0,5' is no number, where a coordinate should be; write decimals with a point, and blanks "
+      "between numbers");
   EXPECT_EQ(refusal_of_bytes(kReadStl, "solid a\nfacet normal 0 0 1\nvertex 0 0 0\n"),
             "organ:3: 'vertex' stands where 'outer' should be; export the file again");
   EXPECT_EQ(refusal_of_bytes(kReadStl, "solid a\n"),
@@ -201,13 +201,13 @@ TEST(ObjFormat, ReadsEveryFormOfIndex) {
 
 TEST(ObjFormat, RefusesInOneLine) {
   EXPECT_EQ(refusal_of_bytes(kReadObj, "v 0 0\n"),
-            "organ:1: '' is no number, where a coordinate should be; correct it");
+            "organ:1: the line ends where a coordinate should be; add it");
   EXPECT_EQ(refusal_of_bytes(kReadObj, "v 0 0 inf\n"),
             "organ:1: 'inf' is no number, where a coordinate should be; correct it");
   EXPECT_EQ(refusal_of_bytes(kReadObj, "v 0 0 0\nf 0 1 2\n"),
-            "organ:2: '0' is none of the 1 vertices above; export the file again");
+            "organ:2: '0' is none of the 1 vertices above, which count from 1; export the file again");
   EXPECT_EQ(refusal_of_bytes(kReadObj, "v 0 0 0\nf 1 1 -2\n"),
-            "organ:2: '-2' is none of the 1 vertices above; export the file again");
+            "organ:2: '-2' is none of the 1 vertices above, which count from 1; export the file again");
   EXPECT_EQ(refusal_of_bytes(kReadObj, "v 0 0 0\nf 1 1\n"),
             "organ:2: a face needs three vertices; remove it");
   EXPECT_EQ(refusal_of_bytes(kReadObj, "hello\n"),
@@ -236,7 +236,7 @@ TEST(PlyFormat, RefusesInOneLine) {
   EXPECT_EQ(refusal_of_bytes(kReadPly, ply_of("1 0 0 0\n2 1 0 0\n3 0 1 0\n2000000000 0 1 2\n")),
             "organ:18: the file is too short for the 2000000000 numbers of a face; copy or export it again");
   EXPECT_EQ(refusal_of_bytes(kReadPly, ply_of("1 0 0 0\n2 1 0 0\n3 0 1 0\n2 0 1 0\n7\n")),
-            "organ:18: a face needs three vertices; remove it");
+            "organ:18: a face needs three vertices; remove it, or correct the counts of the elements");
   EXPECT_EQ(refusal_of_bytes(kReadPly, "ply\nformat binary_middle_endian 1.0\n"),
             "organ:2: the format 'binary_middle_endian' is not known; write ascii or binary_little_endian");
   EXPECT_EQ(refusal_of_bytes(kReadPly, "ply\nelement vertex 1\nend_header\n"),

@@ -1,5 +1,5 @@
 // TetGen's files: those of TetGen itself, round trips and damage.
-#include "offline/io/tetgen_format.hpp"
+#include "offline/io/mesh_formats.hpp"
 
 #include <gtest/gtest.h>
 
@@ -80,7 +80,7 @@ TEST(TetgenFormat, KeepsTetrahedraWithTheirSetsAndArrays) {
     mesh.element_sets = {{"REGION_3", {0}}, {"STIFF", {static_cast<int>(count) - 1}}};
     if (count == 2) mesh.element_sets["TISSUE"] = {0, 1};
     write_tetgen(mesh, {}, dir.path() / "a.ele");
-    const MeshData found = read_tetgen(dir.path() / "a.node");
+    const MeshData found = read_mesh(dir.path() / "a.node");
     expect_equal_meshes(found, mesh, false);
     expect_equal_arrays(found.point_arrays, mesh.point_arrays);
     expect_equal_arrays(found.cell_arrays, mesh.cell_arrays);

@@ -11,7 +11,7 @@
 #include <span>
 #include <stdexcept>
 
-#include "offline/io/vtu_format.hpp"
+#include "offline/io/mesh_formats.hpp"
 
 namespace palpate {
 namespace vtu_writer_test {
