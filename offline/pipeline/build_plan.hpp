@@ -7,6 +7,7 @@
 
 #include "offline/fem/assembly.hpp"
 #include "offline/pack/input_files.hpp"
+#include "offline/pipeline/build_time.hpp"
 #include "offline/precompute/contact_sets.hpp"
 #include "offline/precompute/contact_sites.hpp"
 #include "offline/precompute/nonlinear_zone.hpp"
@@ -51,6 +52,13 @@ std::string what_samples_depend_on(const Model& model, const Scene& scene, const
 // Estimates the bytes of the kept samples.
 double sample_store_bytes(const Model& model, const Scene& scene, const ContactSites& sites,
                           const SamplingPlan& plan);
+
+// Estimates the bytes of a pack without its inputs and zones.
+double planned_bytes(const Scene& scene, const ContactSites& sites, const SamplingPlan& plan);
+
+// Returns the work of a build, for estimate_build_time().
+PlannedWork planned_work(const Model& model, const Scene& scene, const ContactSites& sites,
+                         const SamplingPlan& plan, bool has_zones);
 
 // Prints organ, scene and estimated time. `processes`: ranks of the build. `keeps_samples`: on disk.
 void print_plan(const Scene& scene, const ContactSites& sites, const Assembly& assembly,
