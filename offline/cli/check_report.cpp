@@ -109,6 +109,15 @@ void print_angles(const OrganCheck& check) {
                check.num_slivers, kSliverAngle, fmt::join(check.slivers, " "));
 }
 
+// "0.3 s", "12 min", "7.5 h".
+std::string duration_text(double seconds) {
+  constexpr double kMinute = 60;
+  constexpr double kHour = 3600;
+  if (seconds < 2 * kMinute) return fmt::format("{:.2g} s", seconds);
+  if (seconds < 2 * kHour) return fmt::format("{:.0f} min", seconds / kMinute);
+  return fmt::format("{:.1f} h", seconds / kHour);
+}
+
 void print_cost(const CheckReport& report) {
   if (!report.cost) {
     fmt::print("cost       not estimated: {}\n", report.cost_of);
@@ -116,10 +125,12 @@ void print_cost(const CheckReport& report) {
   }
   const OrganCost& cost = *report.cost;
   fmt::print("cost       of {}, on one thread of this machine:\n", report.cost_of);
-  fmt::print("           a solve of one push about {:.2g} s and {:.0f} MB\n", cost.solve_seconds,
+  fmt::print("           a solve of one push about {} and {:.0f} MB\n", duration_text(cost.solve_seconds),
              std::max(1.0, cost.solve_bytes / 1e6));
-  fmt::print("           a build with {} sites about {:.2g} s, its pack {:.1f} MB\n", cost.num_sites,
-             cost.build_seconds, cost.pack_bytes / 1e6);
+  fmt::print(
+      "           a build with {} sites about {}, its pack {:.1f} MB; `--survey none` leaves out most of the "
+      "time, and the errors\n",
+      cost.num_sites, duration_text(cost.build_seconds), cost.pack_bytes / 1e6);
 }
 
 nlohmann::json box_json(const Eigen::AlignedBox3d& box) {

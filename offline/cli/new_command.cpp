@@ -130,7 +130,10 @@ std::string models_text(const Model& model) {
     return "linear = true                  # the law is linear, so this model is exact\n"
            "polynomial = false             # fits of nonlinear answers\n";
   return "zone = true                    # nonlinear elements about the contacts; nothing is sampled\n"
-         "linear = false                 # the linear model answers only until a zone is prepared\n"
+         "linear = false                 # compressed: it answers only until a zone is prepared, and is most "
+         "of the "
+         "pack;\n"
+         "                               # sites = \"SET\" in place of all sites make it smaller\n"
          "polynomial = false             # true: the fastest frames of single contacts, and a long build\n";
 }
 

@@ -79,7 +79,7 @@ void print_compliance(const Scene& scene, const ContactSites& sites) {
   const double dense = dense_bytes(sites) / 1e6;
   if (is_to_be_compressed(scene, sites)) {
     fmt::print("compliance compressed, entries right to {:g}; dense it would take {:.1f} MB\n",
-               kComplianceTolerance, dense);
+               compliance_tolerance(scene), dense);
   } else {
     fmt::print("compliance dense, {:.1f} MB\n", dense);
   }
@@ -127,6 +127,10 @@ bool is_to_be_compressed(const Scene& scene, const ContactSites& sites) {
   if (!has_compliance(scene) || scene.compliance == ComplianceForm::dense) return false;
   return scene.compliance == ComplianceForm::compressed || !scene.linear ||
          dense_bytes(sites) > kMostDenseBytes;
+}
+
+double compliance_tolerance(const Scene& scene) {
+  return scene.linear ? kComplianceTolerance : kBridgingTolerance;
 }
 
 bool is_dense_at_hand(const Scene& scene, const ContactSites& sites) {
@@ -253,7 +257,8 @@ std::string embedded_names(const Scene& scene, const std::vector<InputFile>& inp
 double planned_bytes(const Scene& scene, const ContactSites& sites, const SamplingPlan& plan) {
   const PolynomialSize usual = plan.target <= kFineTarget ? PolynomialSize{7, 28} : PolynomialSize{5, 18};
   return estimate_pack_bytes(sites, has_compliance(scene), scene.polynomial ? usual : PolynomialSize(),
-                             plan.rounded, is_to_be_compressed(scene, sites));
+                             plan.rounded,
+                             is_to_be_compressed(scene, sites) ? compliance_tolerance(scene) : 0);
 }
 
 PlannedWork planned_work(const Model& model, const Scene& scene, const ContactSites& sites,
