@@ -128,9 +128,11 @@ void print_cost(const CheckReport& report) {
   fmt::print("           a solve of one push about {} and {:.0f} MB\n", duration_text(cost.solve_seconds),
              std::max(1.0, cost.solve_bytes / 1e6));
   fmt::print(
-      "           a build with {} sites about {}, its pack {:.1f} MB; `--survey none` leaves out most of the "
+      "           a build with {} sites about {} and {:.0f} MB, its pack {:.1f} MB; `--survey none` leaves "
+      "out most of the "
       "time, and the errors\n",
-      cost.num_sites, duration_text(cost.build_seconds), cost.pack_bytes / 1e6);
+      cost.num_sites, duration_text(cost.build_seconds), std::max(1.0, cost.build_bytes / 1e6),
+      cost.pack_bytes / 1e6);
 }
 
 nlohmann::json box_json(const Eigen::AlignedBox3d& box) {
@@ -216,6 +218,7 @@ void print_check_json(const CheckReport& report) {
                     {"solve_seconds", report.cost->solve_seconds},
                     {"solve_bytes", report.cost->solve_bytes},
                     {"sites", report.cost->num_sites},
+                    {"build_bytes", report.cost->build_bytes},
                     {"build_seconds", report.cost->build_seconds},
                     {"pack_bytes", report.cost->pack_bytes}};
   } else {

@@ -8,6 +8,7 @@ namespace palpate {
 struct OrganCost {
   double solve_bytes = 0;    // memory of a full nonlinear solve beside the mesh: the factor and its matrix
   double solve_seconds = 0;  // a push of a site, solved from rest
+  double build_bytes = 0;    // memory of a build of the scene on two threads, roughly
   double build_seconds = 0;  // a build of the scene on one thread
   double pack_bytes = 0;
   int num_sites = 0;
