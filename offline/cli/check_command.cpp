@@ -1,104 +1,141 @@
-// palpate check: the size, parts and element shapes of a mesh.
+// palpate check: what a mesh or a deck is, and what a build would say of it.
 #include <fmt/core.h>
-#include <fmt/ranges.h>
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 
+#include "offline/cli/check_report.hpp"
 #include "offline/cli/commands.hpp"
-#include "offline/cli/json_text.hpp"
 #include "offline/cli/organ_file.hpp"
-#include "offline/io/organ_check.hpp"
+#include "offline/cli/organ_options.hpp"
+#include "offline/io/node_selection.hpp"
+#include "offline/mesh/rigid_motion.hpp"
+#include "offline/mesh/surface.hpp"
 
 namespace palpate {
 namespace {
 
 struct CheckArguments {
   std::filesystem::path file;
-  double scale = 1;
+  OrganOptions options;
+  std::string unit;
+  std::string fix;
+  std::string probe;
   bool json = false;
 };
 
-// The organ's longest side in centimetres under each guess of the unit.
-std::string lengths(double longest) {
-  return fmt::format("{:.3g} cm long if mm, {:.3g} cm if cm, {:.3g} cm if m", longest / 10, longest,
-                     longest * 100);
-}
-
-void print_text(const std::filesystem::path& file, const OrganCheck& check) {
-  const Eigen::Vector3d size = check.box.sizes();
-  fmt::print("mesh       {}: {} nodes, {} elements{}\n", file.string(), check.num_nodes, check.num_elements,
-             check.num_quadratic > 0 ? fmt::format(", {} of ten nodes", check.num_quadratic) : "");
-  fmt::print("size       {:.4g} x {:.4g} x {:.4g}: {}\n", size[0], size[1], size[2],
-             lengths(size.maxCoeff()));
-  fmt::print("surface    {} nodes, mean edge h = {:.4g}, volume {:.4g}\n", check.num_surface_nodes,
-             check.mean_edge, check.volume);
-  fmt::print(
-      "parts      {}{}\n", check.num_components,
-      check.num_components > 1 ? ": each needs supports of its own, unless they are meant to be joined" : "");
-  if (check.num_open_edges > 0)
-    fmt::print(
-        "joints     {} edges of the surface have other than two faces: parts touch there along an edge\n",
-        check.num_open_edges);
-  fmt::print("angles     between faces: {:.3g} to {:.3g} degrees\n", check.least_angle, check.largest_angle);
-  const int most = std::max(1, *std::max_element(check.angles.begin(), check.angles.end()));
-  constexpr int kBarLength = 40;
-  for (size_t bin = 0; bin < check.angles.size(); ++bin) {
-    if (check.angles[bin] == 0) continue;
-    fmt::print("           {:3} .. {:3}  {:7} {}\n", 10 * bin, 10 * bin + 10, check.angles[bin],
-               std::string(static_cast<size_t>(kBarLength * check.angles[bin] / most), '#'));
+SelectedNodes selected(const Model& model, const std::vector<int>& nodes, const std::vector<int>& held) {
+  const Surface surface = extract_surface(model);
+  SelectedNodes result;
+  result.num_nodes = static_cast<int>(nodes.size());
+  for (const int node : nodes) {
+    result.box.extend(model.positions[static_cast<size_t>(node)]);
+    const bool is_outer = std::binary_search(surface.nodes.begin(), surface.nodes.end(), node);
+    result.num_touchable += is_outer && !std::binary_search(held.begin(), held.end(), node) ? 1 : 0;
   }
-  if (check.num_slivers > 0)
-    fmt::print("slivers    {} elements with an angle below {:g} degrees, worst first: {}\n",
-               check.num_slivers, kSliverAngle, fmt::join(check.slivers, " "));
+  return result;
 }
 
-void print_json(const std::filesystem::path& file, const OrganCheck& check) {
-  const Eigen::Vector3d size = check.box.sizes();
-  const nlohmann::json json = {{"file", file.string()},
-                               {"nodes", check.num_nodes},
-                               {"elements", check.num_elements},
-                               {"ten_node_elements", check.num_quadratic},
-                               {"size", {size[0], size[1], size[2]}},
-                               {"surface_nodes", check.num_surface_nodes},
-                               {"mean_surface_edge", check.mean_edge},
-                               {"volume", check.volume},
-                               {"parts", check.num_components},
-                               {"open_edges", check.num_open_edges},
-                               {"least_angle", check.least_angle},
-                               {"largest_angle", check.largest_angle},
-                               {"angles", check.angles},
-                               {"slivers", check.num_slivers},
-                               {"worst_elements", check.slivers}};
-  fmt::print("{}\n", json_text(json));
+// Finds the supports: of --fix, of the file, or those that `palpate new` would take from the file.
+std::vector<PrescribedDisplacement> find_supports(const CheckArguments& arguments, const Model& model,
+                                                  std::string& held_by) {
+  const auto set = model.node_sets.find(kFixedSet);
+  if (!arguments.fix.empty()) {
+    held_by = "--fix " + arguments.fix;
+    return held_dofs(select_nodes(model, arguments.fix, "--fix"));
+  }
+  if (!model.fixed.empty()) {
+    held_by = "*BOUNDARY";
+    return model.fixed;
+  }
+  if (set == model.node_sets.end() || set->second.empty()) return {};
+  held_by = fmt::format("the node set {}, which `palpate new` holds", kFixedSet);
+  return held_dofs(set->second);
+}
+
+// Estimates the cost with the tissue and the supports that `palpate new` gives where the file has none.
+void add_cost(const CheckArguments& arguments, OrganFile organ, CheckReport& report) {
+  if (!report.check.faults.empty()) {
+    report.cost_of = "a build refuses this mesh";
+    return;
+  }
+  const std::vector<PrescribedDisplacement> supports = organ.model.fixed;
+  if (organ.has_laws) {
+    report.cost_of = "this deck";
+  } else {
+    set_tissue(organ, kTissues.front(), kUnits.front());
+    report.cost_of =
+        fmt::format("this mesh as {}", organ.moduli.has_young ? "its array E says" : kTissues.front().name);
+  }
+  organ.model.fixed = supports;
+  if (supports.empty()) {
+    organ.model.fixed = held_dofs(find_held_place(organ.model, "").nodes);
+    report.cost_of += ", held at its lowest tenth";
+  }
+  if (!loose_parts(organ.model, organ.model.fixed).empty()) {
+    report.cost_of = "hold every part first";
+    return;
+  }
+  try {
+    std::vector<int> sites;
+    if (!arguments.probe.empty()) sites = touchable_nodes(organ.model, arguments.probe);
+    report.cost = estimate_cost(default_scene(organ.model, std::move(sites)), organ.model);
+  } catch (const std::runtime_error& error) {
+    report.cost_of = error.what();
+  }
+}
+
+void run_check(const CheckArguments& arguments) {
+  OrganFile organ = read_organ(arguments.file, arguments.options);
+  Model& model = organ.model;
+  for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
+  CheckReport report;
+  report.model = &model;
+  if (!arguments.unit.empty()) report.unit = &units_of(arguments.unit);
+  model.fixed = find_supports(arguments, model, report.held_by);
+  std::vector<int> held;
+  for (const PrescribedDisplacement& dof : model.fixed) held.push_back(dof.node);
+  if (!arguments.fix.empty()) report.fix = selected(model, select_nodes(model, arguments.fix, "--fix"), held);
+  if (!arguments.probe.empty())
+    report.probe = selected(model, select_nodes(model, arguments.probe, "--probe"), held);
+  report.check = check_organ(model, model.fixed);
+  std::vector<std::string>& faults = report.check.faults;
+  for (const std::string& fault : organ.faults) {
+    if (std::find(faults.begin(), faults.end(), fault) == faults.end()) faults.push_back(fault);
+  }
+  add_cost(arguments, organ, report);
+  if (arguments.json) {
+    print_check_json(report);
+  } else {
+    print_check_text(report);
+  }
 }
 
 }  // namespace
 
 void add_check_command(CLI::App& app) {
   auto arguments = std::make_shared<CheckArguments>();
-  CLI::App* command = app.add_subcommand("check", "Say what a mesh is: size, parts, shape of its elements");
+  CLI::App* command =
+      app.add_subcommand("check", "Say what a mesh or a deck is: size, parts, supports, shape, cost");
   command->footer(
-      "Reads any mesh that `palpate convert` reads. The histogram counts the angles between faces of the "
-      "elements.\n\n"
-      "Example: palpate check liver.vtk");
-  command->add_option("FILE", arguments->file, "Mesh file")->type_name("")->required();
-  command->add_option("--scale", arguments->scale, "Multiply all positions; 1000: from metres to millimetres")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      "Reads any mesh that `palpate convert` reads, and changes no file. \"refused\" lines say what a build "
+      "refuses, and how to mend it. The histogram counts the angles between faces of the elements.\n\n" +
+      std::string(kPlacesHelp) + "\nExample: palpate check liver.vtk --unit mm --fix \"z<10%\"");
+  command->add_option("FILE", arguments->file, "Mesh file, or .inp file with laws and supports")
+      ->type_name("")
+      ->required();
+  add_organ_options(*command, arguments->options);
+  command->add_option("--unit", arguments->unit, "Length unit of the mesh, after --scale; default: not known")
+      ->check(CLI::IsMember(unit_names()));
+  command->add_option("--fix", arguments->fix, "Where the organ is held; default: as the file says")
+      ->type_name("PLACE");
+  command->add_option("--probe", arguments->probe, "Where tools touch; default: everywhere")
+      ->type_name("PLACE");
   command->add_flag("--json", arguments->json, "Print as JSON");
-  command->callback([arguments] {
-    const OrganCheck check = check_organ(read_organ(arguments->file, arguments->scale));
-    if (arguments->json) {
-      print_json(arguments->file, check);
-    } else {
-      print_text(arguments->file, check);
-    }
-  });
+  command->callback([arguments] { run_check(*arguments); });
 }
 
 }  // namespace palpate

@@ -2,12 +2,33 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
+#include "offline/io/element_moduli.hpp"
 #include "offline/mesh/model.hpp"
 
 namespace palpate {
 
-// The tetrahedra of a mesh file, with positions times `scale`. Prints the reader's notes on stderr.
-Model read_organ(const std::filesystem::path& file, double scale);
+struct OrganOptions {
+  double scale = 1;           // multiplies all positions
+  double merge_length = 0;    // nodes closer than this after scaling become one; 0: none
+  bool keep_largest = false;  // drop all parts but the one with the most elements
+};
+
+struct OrganFile {
+  // The tetrahedra, with the materials and supports that an .inp file has. Elements without a material have
+  // -1. Materials of another file are those of its arrays E and nu, numbered as `moduli`.
+  Model model;
+  ElementModuli moduli;             // of the arrays; see find_element_moduli(), with E = 1 and kTissueRatio
+  std::vector<std::string> faults;  // a line: why materials and supports of an .inp file could not be read
+
+  bool has_laws = false;  // every element has a material from an .inp file
+  // The file is a whole model, on which a scene can stand.
+  bool is_deck() const { return has_laws && !model.fixed.empty(); }
+};
+
+// Throws InputError where the file has no tetrahedra or cannot be read. Model::warnings says what was mended.
+OrganFile read_organ(const std::filesystem::path& file, const OrganOptions& options);
 
 }  // namespace palpate

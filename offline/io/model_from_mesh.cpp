@@ -2,7 +2,9 @@
 
 #include <fmt/core.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <utility>
 
@@ -11,6 +13,17 @@
 
 namespace palpate {
 namespace {
+
+// Says how to fill a surface: with edges of a 25th of its length, which give an organ of some thousand nodes.
+std::string surface_remedy(const MeshData& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& position : mesh.positions) box.extend(position);
+  std::filesystem::path filled = mesh.file;
+  filled.replace_extension(".vtu");
+  if (filled == mesh.file) filled.replace_filename(filled.stem().string() + "_solid.vtu");
+  return fmt::format("holds a surface alone: run `palpate mesh {} --size {:.2g} -o {}` first", mesh.file,
+                     box.sizes().maxCoeff() / 25, filled.string());
+}
 
 // Says which cells the model leaves out. Throws if no tetrahedra are left, with a remedy for the other kinds.
 void check_kinds(const MeshData& mesh, Model& model) {
@@ -23,7 +36,7 @@ void check_kinds(const MeshData& mesh, Model& model) {
     throw InputError(whole, is_solid
                                 ? "has no tetrahedra; split its hexahedra and wedges: palpate convert --split"
                             : counts[CellKind::triangle] + counts[CellKind::quadrilateral] > 0
-                                ? "is a surface without tetrahedra; fill it: palpate mesh"
+                                ? surface_remedy(mesh)
                                 : "has no tetrahedra; export the volume mesh");
   }
   std::string left_out;

@@ -1,15 +1,19 @@
 #include "offline/io/organ_check.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <span>
+#include <set>
 #include <utility>
 
 #include "offline/mesh/disjoint_sets.hpp"
 #include "offline/mesh/element_faces.hpp"
-#include "offline/mesh/model_check.hpp"
+#include "offline/mesh/geometry_check.hpp"
+#include "offline/mesh/input_error.hpp"
+#include "offline/mesh/rigid_motion.hpp"
 #include "offline/mesh/surface.hpp"
 
 namespace palpate {
@@ -51,19 +55,6 @@ void count_angles(const Model& model, OrganCheck& check) {
   }
 }
 
-// Returns the number of parts that faces of neighbours join.
-int count_components(const Model& model) {
-  DisjointSets parts(model.elements.size());
-  const std::vector<ElementFace> faces = sorted_faces(model);
-  for (size_t i = 1; i < faces.size(); ++i) {
-    if (faces[i].sorted == faces[i - 1].sorted) parts.unite(faces[i].element, faces[i - 1].element);
-  }
-  int count = 0;
-  for (int element = 0; element < static_cast<int>(model.elements.size()); ++element)
-    count += parts.root(element) == element ? 1 : 0;
-  return count;
-}
-
 // Returns the number of edges that do not have exactly two triangles.
 int count_open_edges(const Surface& surface) {
   std::vector<std::pair<int, int>> edges;
@@ -81,9 +72,130 @@ int count_open_edges(const Surface& surface) {
   return open;
 }
 
+// Counts connected surfaces, and those that enclose no volume of the organ: the walls of cavities.
+void count_shells(const Model& model, const Surface& surface, OrganCheck& check) {
+  DisjointSets shells(model.positions.size());
+  for (const auto& [a, b, c] : surface.triangles) {
+    shells.unite(a, b);
+    shells.unite(a, c);
+  }
+  std::map<int, double> volumes;  // six times that inside a shell; below 0 where it faces inwards
+  const Eigen::Vector3d origin = check.box.center();
+  for (const std::array<int, 3>& triangle : surface.triangles) {
+    const auto at = [&](size_t i) -> Eigen::Vector3d {
+      return model.positions[static_cast<size_t>(triangle[i])] - origin;
+    };
+    volumes[shells.root(triangle[0])] += at(0).dot(at(1).cross(at(2)));
+  }
+  check.num_shells = static_cast<int>(volumes.size());
+  for (const auto& [shell, volume] : volumes) check.num_cavities += volume < 0 ? 1 : 0;
+}
+
+// Returns the number of nodes whose triangles form more than one fan. A fan joins the triangles of a node
+// that share an edge at the node.
+int count_shared_nodes(const Surface& surface) {
+  struct Spoke {
+    std::pair<int, int> edge;  // of a node, to another node
+    int corner;                // 3 triangle + place of the node in it
+  };
+  std::vector<Spoke> spokes;
+  for (size_t triangle = 0; triangle < surface.triangles.size(); ++triangle) {
+    const std::array<int, 3>& nodes = surface.triangles[triangle];
+    for (size_t i = 0; i < 3; ++i) {
+      for (const size_t other : {(i + 1) % 3, (i + 2) % 3})
+        spokes.push_back({{nodes[i], nodes[other]}, static_cast<int>(3 * triangle + i)});
+    }
+  }
+  std::sort(spokes.begin(), spokes.end(), [](const Spoke& a, const Spoke& b) { return a.edge < b.edge; });
+  DisjointSets fans(3 * surface.triangles.size());
+  for (size_t i = 1; i < spokes.size(); ++i) {
+    if (spokes[i].edge == spokes[i - 1].edge) fans.unite(spokes[i].corner, spokes[i - 1].corner);
+  }
+  std::map<int, int> num_fans;  // of each node
+  for (int corner = 0; corner < 3 * static_cast<int>(surface.triangles.size()); ++corner) {
+    if (fans.root(corner) == corner)
+      ++num_fans[surface.triangles[static_cast<size_t>(corner / 3)][static_cast<size_t>(corner % 3)]];
+  }
+  return static_cast<int>(
+      std::count_if(num_fans.begin(), num_fans.end(), [](const auto& entry) { return entry.second > 1; }));
+}
+
+void check_parts(const Model& model, const std::vector<PrescribedDisplacement>& held, OrganCheck& check) {
+  const std::vector<int> part = connected_parts(model);
+  for (size_t node = 0; node < part.size(); ++node) {
+    if (part[node] < 0) continue;
+    if (part[node] == static_cast<int>(check.parts.size())) {
+      check.parts.emplace_back();
+      check.parts.back().first_node = model.labels[node];
+    }
+    PartCheck& of_node = check.parts[static_cast<size_t>(part[node])];
+    ++of_node.num_nodes;
+    of_node.box.extend(model.positions[node]);
+  }
+  const auto part_of = [&](int node) -> PartCheck& {
+    return check.parts[static_cast<size_t>(part[static_cast<size_t>(node)])];
+  };
+  for (const Tetrahedron& element : model.elements) ++part_of(element.node_array[0]).num_elements;
+  for (LoosePart& loose : loose_parts(model, held)) part_of(loose.node).free_motions = loose.motions;
+  std::stable_sort(check.parts.begin(), check.parts.end(),
+                   [](const PartCheck& a, const PartCheck& b) { return a.num_elements > b.num_elements; });
+  std::set<int> nodes;
+  for (const PrescribedDisplacement& dof : held) nodes.insert(dof.node);
+  check.num_held_nodes = static_cast<int>(nodes.size());
+}
+
+// Warns of nearly incompressible elements whose shared volumes have few elements, as a pattern of materials
+// that changes from element to element makes them.
+void warn_small_patches(const Model& model, OrganCheck& check) {
+  constexpr int kFewElements = 4;  // docs/solver_validation.md
+  constexpr double kLockingRatio = 0.45;
+  std::map<int, int> patches;
+  for (const Tetrahedron& element : model.elements) ++patches[element.volume_patch];
+  const auto locks = [&](const Tetrahedron& element) {
+    return element.num_nodes == 4 && element.volume_patch >= 0 &&
+           patches[element.volume_patch] < kFewElements &&
+           small_strain_moduli(model.materials[static_cast<size_t>(element.material)].law).poisson_ratio() >
+               kLockingRatio;
+  };
+  const auto count = std::count_if(model.elements.begin(), model.elements.end(), locks);
+  if (static_cast<double>(count) < 0.1 * static_cast<double>(model.elements.size()) || count == 0) return;
+  check.warnings.push_back(fmt::format(
+      "{}: {} of {} elements share their volume with fewer than {} others of their material and may lock, so "
+      "that forces come out too large; use fewer materials, or elements of ten nodes",
+      model.file, count, model.elements.size(), kFewElements - 1));
+}
+
+// Collects what a build refuses or warns of.
+void find_faults(const Model& model, const std::vector<PrescribedDisplacement>& held, OrganCheck& check) {
+  try {
+    check_elements(model, whole_file_origin(model));
+  } catch (const InputError& error) {
+    check.faults.emplace_back(error.what());
+    return;  // the searches below need elements with a volume
+  }
+  check.faults = unjoined_messages(model, find_unjoined(model));
+  const auto is_held = [](const PartCheck& part) { return part.free_motions.empty(); };
+  if (std::all_of(check.parts.begin(), check.parts.end(), is_held)) {
+    for (const LoosePart& part : hinged_parts(model, held))
+      check.warnings.push_back(
+          fmt::format("{}: the elements at node {} hang on the rest by a corner or an edge and can {}; join "
+                      "them face to face, or hold them",
+                      model.file, model.labels[static_cast<size_t>(part.node)], part.motions.front()));
+  }
+  for (std::string& message : locking_messages(model)) check.warnings.push_back(std::move(message));
+  warn_small_patches(model, check);
+}
+
 }  // namespace
 
-OrganCheck check_organ(const Model& model) {
+ModelOrigin whole_file_origin(const Model& model) {
+  ModelOrigin origin;
+  const Place whole = {origin.files.add(model.file), 0};
+  origin.elements.assign(model.elements.size(), whole);
+  return origin;
+}
+
+OrganCheck check_organ(const Model& model, const std::vector<PrescribedDisplacement>& held) {
   OrganCheck check;
   check.num_nodes = model.num_nodes();
   check.num_elements = static_cast<int>(model.elements.size());
@@ -96,7 +208,10 @@ OrganCheck check_organ(const Model& model) {
   check.num_surface_nodes = static_cast<int>(surface.nodes.size());
   check.mean_edge = surface.mean_edge;
   check.num_open_edges = count_open_edges(surface);
-  check.num_components = count_components(model);
+  check.num_shared_nodes = count_shared_nodes(surface);
+  count_shells(model, surface, check);
+  check_parts(model, held, check);
+  find_faults(model, held, check);
   count_angles(model, check);
   return check;
 }

@@ -185,6 +185,11 @@ class Reading {
     return resolve(draft_, lexer_.files(), file_, merge_length);
   }
 
+  Model run_unchecked(double merge_length) {
+    read();
+    return resolve_unchecked(draft_, lexer_.files(), file_, merge_length);
+  }
+
   Model run_mesh() {
     read();
     return resolve_mesh(draft_, lexer_.files(), file_);
@@ -283,6 +288,10 @@ Model read_inp(const std::filesystem::path& file, const std::filesystem::path& i
                double merge_length) {
   Reading(file, include_root, false).check();
   return Reading(file, include_root).run(merge_length);
+}
+
+Model read_inp_unchecked(const std::filesystem::path& file, double merge_length) {
+  return Reading(file, {}).run_unchecked(merge_length);
 }
 
 Model read_inp_mesh(const std::filesystem::path& file, const std::filesystem::path& include_root) {

@@ -14,8 +14,12 @@ namespace palpate {
 Model read_inp(const std::filesystem::path& file, const std::filesystem::path& include_root = {},
                double merge_length = 0);
 
-// Reads nodes, elements and sets of a model, which may lack materials, supports and steps. The mesh is as in the
-// file: elements may be inverted, and nodes without elements remain.
+// Reads a model that may lack materials, sections and supports, for reports about the file. Elements
+// without a section have the material -1. Neither the mesh nor its supports are checked.
+Model read_inp_unchecked(const std::filesystem::path& file, double merge_length = 0);
+
+// Reads nodes, elements and sets of a model, which may lack materials, supports and steps. The mesh is as
+// in the file: elements may be inverted, and nodes without elements remain.
 Model read_inp_mesh(const std::filesystem::path& file, const std::filesystem::path& include_root = {});
 
 }  // namespace palpate

@@ -58,17 +58,13 @@ class Resolver {
     return std::move(model_);
   }
 
+  Model run_unchecked(double merge_length) {
+    resolve_all(merge_length, true);
+    return std::move(model_);
+  }
+
   Model run(double merge_length) {
-    resolve_nodes();
-    resolve_elements();
-    join_ties(draft_, files_, element_index_, model_);
-    if (merge_length > 0) merge_nodes(model_, merge_length, origin_);
-    resolve_materials();
-    resolve_sections();
-    refuse_dropped();
-    warn_dropped();
-    resolve_steps(draft_, files_, element_index_, model_);
-    form_volume_patches(model_, volume_groups_);
+    resolve_all(merge_length, false);
     check_model(model_, origin_);
     return std::move(model_);
   }
@@ -76,6 +72,21 @@ class Resolver {
  private:
   [[noreturn]] void fail(Place place, const std::string& message) const {
     throw InputError(files_.at(place), message);
+  }
+
+  // `may_lack_materials`: elements without a section get the material -1.
+  void resolve_all(double merge_length, bool may_lack_materials) {
+    resolve_nodes();
+    resolve_elements();
+    join_ties(draft_, files_, element_index_, model_);
+    if (merge_length > 0) merge_nodes(model_, merge_length, origin_);
+    resolve_materials();
+    const std::vector<int> sections = resolve_sections();
+    if (!may_lack_materials) refuse_bare_elements(sections);
+    refuse_dropped();
+    warn_dropped();
+    resolve_steps(draft_, files_, element_index_, model_);
+    form_volume_patches(model_, volume_groups_);
   }
 
   void resolve_nodes() {
@@ -226,8 +237,10 @@ class Resolver {
                             did_you_mean(section.material, names, "; define it with *MATERIAL"));
   }
 
-  void resolve_sections() {
+  // Returns the section of each element, or -1.
+  std::vector<int> resolve_sections() {
     std::vector<int> section_of(model_.elements.size(), -1);
+    for (Tetrahedron& element : model_.elements) element.material = -1;
     volume_groups_.assign(model_.elements.size(), -1);
     int number = 0;
     for (const DraftSection& section : draft_.sections) {
@@ -253,6 +266,10 @@ class Resolver {
       }
       ++number;
     }
+    return section_of;
+  }
+
+  void refuse_bare_elements(const std::vector<int>& section_of) const {
     const auto missing = std::find(section_of.begin(), section_of.end(), -1);
     if (missing != section_of.end()) {
       const auto element = static_cast<std::size_t>(missing - section_of.begin());
@@ -276,6 +293,11 @@ class Resolver {
 
 Model resolve(const Draft& draft, const SourceFiles& files, const std::string& file, double merge_length) {
   return Resolver(draft, files, file).run(merge_length);
+}
+
+Model resolve_unchecked(const Draft& draft, const SourceFiles& files, const std::string& file,
+                        double merge_length) {
+  return Resolver(draft, files, file).run_unchecked(merge_length);
 }
 
 Model resolve_mesh(const Draft& draft, const SourceFiles& files, const std::string& file) {

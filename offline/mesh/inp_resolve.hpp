@@ -11,6 +11,11 @@ namespace palpate {
 // O(n log n) in nodes and elements.
 Model resolve(const Draft& draft, const SourceFiles& files, const std::string& file, double merge_length);
 
+// Resolves everything that the file has. Elements without a section get the material -1. The mesh and its
+// supports are not checked.
+Model resolve_unchecked(const Draft& draft, const SourceFiles& files, const std::string& file,
+                        double merge_length);
+
 // Returns nodes, elements and sets alone, as read: nothing is checked beyond labels.
 Model resolve_mesh(const Draft& draft, const SourceFiles& files, const std::string& file);
 

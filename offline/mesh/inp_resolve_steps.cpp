@@ -238,6 +238,7 @@ class StepResolver {
       }
       for (const int element : pulled) {
         const int material = model_.elements[static_cast<std::size_t>(element)].material;
+        if (material < 0) continue;  // only in a file that is read for a report
         if (model_.materials[static_cast<std::size_t>(material)].density == 0) {
           fail(draft.place, "gravity pulls at element " + element_label(element) + ", whose material " +
                                 printable(model_.materials[static_cast<std::size_t>(material)].name) +

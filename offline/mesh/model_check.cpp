@@ -127,25 +127,6 @@ void warn_unused_nodes(Model& model) {
 // Linear tetrahedra are far too stiff above this Poisson ratio (docs/solver_validation.md).
 constexpr double kLockingPoissonRatio = 0.45;
 
-void warn_locking(Model& model) {
-  std::vector<char> may_lock(model.materials.size(), 0);  // has four-node elements that share no volume
-  for (const Tetrahedron& element : model.elements) {
-    if (element.num_nodes == 4 && element.volume_patch < 0)
-      may_lock[static_cast<std::size_t>(element.material)] = 1;
-  }
-  for (std::size_t i = 0; i < may_lock.size(); ++i) {
-    const Material& material = model.materials[i];
-    if (!may_lock[i]) continue;
-    const double nu = small_strain_moduli(material.law).poisson_ratio();
-    if (nu <= kLockingPoissonRatio + 1e-12) continue;
-    model.warnings.push_back(
-        fmt::format("{}: material {} has a Poisson ratio of {:.4g} at small strain; above {} tetrahedra of "
-                    "four nodes lock, and forces come out too large; write MEAN DILATATION in its *SOLID "
-                    "SECTION, or mesh with C3D10H",
-                    model.file, printable(material.name), nu, kLockingPoissonRatio));
-  }
-}
-
 // Whether `second` releases a dof that `first` holds.
 bool releases(const Step& first, const Step& second) {
   const auto before = [](const PrescribedDisplacement& a, const PrescribedDisplacement& b) {
@@ -156,6 +137,27 @@ bool releases(const Step& first, const Step& second) {
 }
 
 }  // namespace
+
+std::vector<std::string> locking_messages(const Model& model) {
+  std::vector<std::string> messages;
+  std::vector<char> may_lock(model.materials.size(), 0);  // has four-node elements that share no volume
+  for (const Tetrahedron& element : model.elements) {
+    if (element.num_nodes == 4 && element.volume_patch < 0 && element.material >= 0)
+      may_lock[static_cast<std::size_t>(element.material)] = 1;
+  }
+  for (std::size_t i = 0; i < may_lock.size(); ++i) {
+    const Material& material = model.materials[i];
+    if (!may_lock[i]) continue;
+    const double nu = small_strain_moduli(material.law).poisson_ratio();
+    if (nu <= kLockingPoissonRatio + 1e-12) continue;
+    messages.push_back(
+        fmt::format("{}: material {} has a Poisson ratio of {:.4g} at small strain; above {} tetrahedra of "
+                    "four nodes lock, and forces come out too large; write MEAN DILATATION in its *SOLID "
+                    "SECTION, or mesh with C3D10H",
+                    model.file, printable(material.name), nu, kLockingPoissonRatio));
+  }
+  return messages;
+}
 
 double signed_volume(const Model& model, const Tetrahedron& element) {
   const std::span<const int, 4> corners = element.corners();
@@ -176,10 +178,10 @@ void check_held(const Model& model, const std::vector<PrescribedDisplacement>& h
     const std::string contact = part_contact(model, found, part.node);
     if (contact.empty()) continue;
     throw InputError(where, fmt::format("the part with node {} can still {}, and {}", label(model, part.node),
-                                        part.motion, contact));
+                                        part.motions.front(), contact));
   }
   throw InputError(where, fmt::format("the part with node {} can still {}; hold more of it with *BOUNDARY",
-                                      label(model, loose.front().node), loose.front().motion));
+                                      label(model, loose.front().node), loose.front().motions.front()));
 }
 
 void warn_hinged_parts(Model& model, const std::vector<PrescribedDisplacement>& held) {
@@ -188,15 +190,19 @@ void warn_hinged_parts(Model& model, const std::vector<PrescribedDisplacement>& 
   model.warnings.push_back(fmt::format(
       "{}: the elements at node {} hang on the rest by a corner or an edge and can {}; join them face to "
       "face, or hold them with *BOUNDARY",
-      model.file, label(model, hinged.front().node), hinged.front().motion));
+      model.file, label(model, hinged.front().node), hinged.front().motions.front()));
+}
+
+void check_elements(const Model& model, const ModelOrigin& origin) {
+  check_volumes(model, origin);
+  check_faces(model, origin);
 }
 
 void check_model(Model& model, const ModelOrigin& origin) {
   if (model.elements.empty()) {
     throw InputError({model.file, 0}, "the model has no elements; add *ELEMENT, TYPE=C3D4");
   }
-  check_volumes(model, origin);
-  check_faces(model, origin);
+  check_elements(model, origin);
   const auto& held = model.steps.empty() ? model.fixed : model.steps.front().prescribed;
   check_held(model, held, {model.file, 0});
   warn_hinged_parts(model, held);
@@ -205,7 +211,7 @@ void check_model(Model& model, const ModelOrigin& origin) {
       check_held(model, model.steps[i].prescribed, model.steps[i].source);
   }
   warn_unused_nodes(model);
-  warn_locking(model);
+  for (std::string& message : locking_messages(model)) model.warnings.push_back(std::move(message));
 }
 
 }  // namespace palpate

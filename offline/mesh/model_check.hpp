@@ -1,6 +1,7 @@
 // Checks that every mesh must pass, whatever its file format.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "offline/mesh/source_place.hpp"
@@ -19,6 +20,13 @@ struct ModelOrigin {
 //   3. every part is held against rigid motion by Model::fixed, or in a model with steps by each step.
 // Appends warnings: unused nodes, parts attached by a corner or an edge, four-node elements that lock.
 void check_model(Model& model, const ModelOrigin& origin);
+
+// The checks 1 and 2 of check_model(), for a mesh that has no supports yet.
+void check_elements(const Model& model, const ModelOrigin& origin);
+
+// Returns a message for each material that makes tetrahedra of four nodes lock, with the remedy. Elements
+// without a material (-1) do not count.
+std::vector<std::string> locking_messages(const Model& model);
 
 // Throws InputError at `where` unless `held` holds every part. Where a loose part meets another one without
 // common nodes, the message says so and does not advise to hold more.

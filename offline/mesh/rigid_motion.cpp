@@ -20,26 +20,29 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // do not stop the rotation about the line; rounding is about 1e-15.
 constexpr double kFreeMotion = 1e-12;
 
-// Describes a motion that the rows (rigid_motion.hpp) of Gram matrix `gram` leave free; empty if they leave
-// none.
-std::string free_motion(const Matrix6d& gram) {
+// Describes the motions that the rows (rigid_motion.hpp) of Gram matrix `gram` leave free: those along and
+// about an axis by name, then others, one for each further eigenvalue of 0. Empty if the rows leave none.
+std::vector<std::string> free_motions(Matrix6d gram) {
   const char* names[6] = {"move along x",
                           "move along y",
                           "move along z",
                           "turn about an axis along x",
                           "turn about an axis along y",
                           "turn about an axis along z"};
-  const double limit = kFreeMotion;
-  if (symmetric_modes(gram).values(0) > limit) return {};
+  std::vector<std::string> motions;
   for (int motion = 0; motion < 6; ++motion) {
-    if (gram(motion, motion) <= limit) return names[motion];
+    if (gram(motion, motion) > kFreeMotion) continue;
+    motions.emplace_back(names[motion]);
+    gram(motion, motion) = 1;  // no eigenvalue of 0 any more
   }
-  return "move as a whole";
+  const auto& values = symmetric_modes(gram).values;
+  for (int mode = 0; mode < 6 && values(mode) <= kFreeMotion; ++mode) motions.emplace_back("move as a whole");
+  return motions;
 }
 
-// Describes a rigid motion that the held degrees of freedom leave free; empty if they stop all six.
-std::string free_motion(const Model& model, const std::vector<PrescribedDisplacement>& held) {
-  if (held.empty()) return "move along x";
+// Describes the rigid motions that the held degrees of freedom leave free; empty if they stop all six.
+std::vector<std::string> free_motions(const Model& model, const std::vector<PrescribedDisplacement>& held) {
+  if (held.empty()) return free_motions(Matrix6d::Zero());
   const auto position = [&](const PrescribedDisplacement& dof) -> const Eigen::Vector3d& {
     return model.positions[static_cast<std::size_t>(dof.node)];
   };
@@ -57,7 +60,7 @@ std::string free_motion(const Model& model, const std::vector<PrescribedDisplace
     row << axis, ((position(dof) - centre) / radius).cross(axis);
     gram += row * row.transpose();
   }
-  return free_motion(gram / static_cast<double>(held.size()));
+  return free_motions(gram / static_cast<double>(held.size()));
 }
 
 // Returns the block of each element (hinged_parts()), numbered from 0.
@@ -136,8 +139,8 @@ std::vector<LoosePart> loose_parts(const Model& model, const std::vector<Prescri
   }
   std::vector<LoosePart> loose;
   for (std::size_t i = 0; i < first_node.size(); ++i) {
-    std::string motion = free_motion(model, held_in[i]);
-    if (!motion.empty()) loose.push_back({first_node[i], std::move(motion)});
+    std::vector<std::string> motions = free_motions(model, held_in[i]);
+    if (!motions.empty()) loose.push_back({first_node[i], std::move(motions)});
   }
   return loose;
 }
@@ -165,9 +168,9 @@ std::vector<LoosePart> hinged_parts(const Model& model, const std::vector<Prescr
           append_held(node, held, stopped);
         }
       }
-      std::string motion = free_motion(model, stopped);
-      if (!motion.empty()) {
-        hinged.push_back({free_node, std::move(motion)});
+      std::vector<std::string> motions = free_motions(model, stopped);
+      if (!motions.empty()) {
+        hinged.push_back({free_node, std::move(motions)});
         continue;
       }
       is_block_fixed[block] = 1;

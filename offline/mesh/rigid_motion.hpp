@@ -14,8 +14,10 @@ std::vector<int> connected_parts(const Model& model);
 
 // Names a set of elements with a free rigid motion.
 struct LoosePart {
-  int node = 0;        // a node of the set
-  std::string motion;  // "move along x", "turn about an axis along z"; "move as a whole": any other motion
+  int node = 0;  // a node of the set
+  // One for each free motion, at least one: "move along x", "turn about an axis along z"; "move as a
+  // whole": any other motion.
+  std::vector<std::string> motions;
 };
 
 // Returns the parts that `held` leaves loose, by first node. Prescribed values do not matter.

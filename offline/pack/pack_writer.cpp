@@ -133,7 +133,7 @@ int highest_degree(const std::vector<SiteResult>& results) {
 }
 
 double estimate_pack_bytes(const ContactSites& sites, bool linear, PolynomialSize polynomials, bool rounded,
-                           bool compressed) {
+                           double tolerance) {
   const size_t packed_nodes = sites.packed_nodes.size();
   const size_t contact_nodes = sites.contact_nodes.size();
   const auto num_sites = static_cast<double>(sites.sites.size());
@@ -146,8 +146,8 @@ double estimate_pack_bytes(const ContactSites& sites, bool linear, PolynomialSiz
       sizeof(PackedNormal);
   double bytes = 40.0 * static_cast<double>(packed_nodes) + 4096.0 + kSurfaceBytesOfASite * num_sites;
   if (linear) {
-    bytes += compressed ? estimate_compressed_bytes(packed_nodes, contact_nodes)
-                        : dense_compliance_bytes(packed_nodes, contact_nodes);
+    bytes += tolerance > 0 ? estimate_compressed_bytes(packed_nodes, contact_nodes, tolerance)
+                           : dense_compliance_bytes(packed_nodes, contact_nodes);
     for (const ContactSite& site : sites.sites)
       bytes += 9.0 * sizeof(double) * static_cast<double>(site.patch.size());
   }

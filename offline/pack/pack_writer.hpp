@@ -67,8 +67,9 @@ struct PolynomialSize {
   std::uint32_t rank = 0;
 };
 
-// Estimates the bytes of write_pack() without input files from counts; roughly for a compressed compliance.
+// Estimates the bytes of write_pack() without input files from counts; roughly for a compliance that is
+// compressed to a tolerance. `tolerance`: 0 where it is dense.
 double estimate_pack_bytes(const ContactSites& sites, bool linear, PolynomialSize polynomials, bool rounded,
-                           bool compressed = false);
+                           double tolerance = 0);
 
 }  // namespace palpate

@@ -10,7 +10,6 @@
 
 #include "offline/mesh/volume_patches.hpp"
 #include "offline/pack/pack_writer.hpp"
-#include "offline/pipeline/build_time.hpp"
 #include "offline/pipeline/organ_size.hpp"
 #include "offline/precompute/organ_tree.hpp"
 #include "offline/precompute/paper_quadratic.hpp"
@@ -80,7 +79,7 @@ void print_compliance(const Scene& scene, const ContactSites& sites) {
   const double dense = dense_bytes(sites) / 1e6;
   if (is_to_be_compressed(scene, sites)) {
     fmt::print("compliance compressed, entries right to {:g}; dense it would take {:.1f} MB\n",
-               kComplianceTolerance, dense);
+               compliance_tolerance(scene), dense);
   } else {
     fmt::print("compliance dense, {:.1f} MB\n", dense);
   }
@@ -128,6 +127,10 @@ bool is_to_be_compressed(const Scene& scene, const ContactSites& sites) {
   if (!has_compliance(scene) || scene.compliance == ComplianceForm::dense) return false;
   return scene.compliance == ComplianceForm::compressed || !scene.linear ||
          dense_bytes(sites) > kMostDenseBytes;
+}
+
+double compliance_tolerance(const Scene& scene) {
+  return scene.linear ? kComplianceTolerance : kBridgingTolerance;
 }
 
 bool is_dense_at_hand(const Scene& scene, const ContactSites& sites) {
@@ -251,14 +254,28 @@ std::string embedded_names(const Scene& scene, const std::vector<InputFile>& inp
   return names;
 }
 
+double planned_bytes(const Scene& scene, const ContactSites& sites, const SamplingPlan& plan) {
+  const PolynomialSize usual = plan.target <= kFineTarget ? PolynomialSize{7, 28} : PolynomialSize{5, 18};
+  return estimate_pack_bytes(sites, has_compliance(scene), scene.polynomial ? usual : PolynomialSize(),
+                             plan.rounded,
+                             is_to_be_compressed(scene, sites) ? compliance_tolerance(scene) : 0);
+}
+
+PlannedWork planned_work(const Model& model, const Scene& scene, const ContactSites& sites,
+                         const SamplingPlan& plan, bool has_zones) {
+  return {num_worked(plan, sites),
+          samples_of_site(scene, plan),
+          static_cast<size_t>(plan.survey_samples),
+          surveyed_sets(model, scene, sites, plan).size(),
+          plan.fewest,
+          has_zones && plan.survey_samples > 0};
+}
+
 void print_plan(const Scene& scene, const ContactSites& sites, const Assembly& assembly,
                 const RestState& rest, const std::vector<InputFile>& inputs, const SamplingPlan& plan,
                 int processes, bool keeps_samples) {
   const Model& model = assembly.model();
-  const PolynomialSize usual = plan.target <= kFineTarget ? PolynomialSize{7, 28} : PolynomialSize{5, 18};
-  double bytes =
-      estimate_pack_bytes(sites, has_compliance(scene), scene.polynomial ? usual : PolynomialSize(),
-                          plan.rounded, is_to_be_compressed(scene, sites));
+  double bytes = planned_bytes(scene, sites, plan);
   for (const InputFile& input : inputs)
     bytes += scene.embed_inputs ? static_cast<double>(input.contents.size()) : 0;
   fmt::print("model      {}: {} nodes, {} elements, {} equations, mean surface edge h = {:.4g}\n", model.file,
@@ -274,17 +291,11 @@ void print_plan(const Scene& scene, const ContactSites& sites, const Assembly& a
   print_volumes(model, scene);
   const double zone_bytes = print_zones(model, scene, sites);
   std::fflush(stdout);  // the user must see the plan before the wait, also in a file
-  const size_t worked = num_worked(plan, sites);
-  const PlannedWork work = {worked,
-                            samples_of_site(scene, plan),
-                            static_cast<size_t>(plan.survey_samples),
-                            surveyed_sets(model, scene, sites, plan).size(),
-                            plan.fewest,
-                            zone_bytes > 0 && plan.survey_samples > 0};
-  const int jobs = std::min(plan.jobs * processes, static_cast<int>(worked));
-  const double seconds = estimate_build_seconds(assembly, scene, sites, rest, plan, work) / jobs;
+  const PlannedWork work = planned_work(model, scene, sites, plan, zone_bytes > 0);
+  const int jobs = std::min(plan.jobs * processes, static_cast<int>(work.sites));
+  const double seconds = estimate_build_time(assembly, scene, sites, rest, plan, work).build_seconds / jobs;
   fmt::print("estimate   {} nonlinear solves or more, about {} s on {} threads; pack about {:.1f} MB",
-             work.sets + worked * (work.samples_per_site + work.survey_per_site),
+             work.sets + work.sites * (work.samples_per_site + work.survey_per_site),
              seconds < 10 ? fmt::format("{:.1f}", seconds) : fmt::format("{:.0f}", seconds), jobs,
              (bytes + zone_bytes) / 1e6);
   if (keeps_samples) fmt::print(", samples {:.1f} MB", sample_store_bytes(model, scene, sites, plan) / 1e6);

@@ -7,6 +7,7 @@
 
 #include "offline/fem/assembly.hpp"
 #include "offline/pack/input_files.hpp"
+#include "offline/pipeline/build_time.hpp"
 #include "offline/precompute/contact_sets.hpp"
 #include "offline/precompute/contact_sites.hpp"
 #include "offline/precompute/nonlinear_zone.hpp"
@@ -21,6 +22,9 @@ bool has_compliance(const Scene& scene);
 
 // Whether the pack compresses the compliance: on request, for zones alone, or for a large dense matrix.
 bool is_to_be_compressed(const Scene& scene, const ContactSites& sites);
+
+// Returns the tolerance of a compressed compliance: looser where the scene asks for zones alone.
+double compliance_tolerance(const Scene& scene);
 
 // Whether sampling uses the dense compliance of all sites. Otherwise each site solves for its response.
 bool is_dense_at_hand(const Scene& scene, const ContactSites& sites);
@@ -51,6 +55,13 @@ std::string what_samples_depend_on(const Model& model, const Scene& scene, const
 // Estimates the bytes of the kept samples.
 double sample_store_bytes(const Model& model, const Scene& scene, const ContactSites& sites,
                           const SamplingPlan& plan);
+
+// Estimates the bytes of a pack without its inputs and zones.
+double planned_bytes(const Scene& scene, const ContactSites& sites, const SamplingPlan& plan);
+
+// Returns the work of a build, for estimate_build_time().
+PlannedWork planned_work(const Model& model, const Scene& scene, const ContactSites& sites,
+                         const SamplingPlan& plan, bool has_zones);
 
 // Prints organ, scene and estimated time. `processes`: ranks of the build. `keeps_samples`: on disk.
 void print_plan(const Scene& scene, const ContactSites& sites, const Assembly& assembly,

@@ -78,7 +78,7 @@ double mean_site_seconds(const Assembly& assembly, const Scene& scene, const Con
 
 }  // namespace
 
-double estimate_build_seconds(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+BuildTime estimate_build_time(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                               const RestState& rest, const SamplingPlan& plan, const PlannedWork& work) {
   // Evidence for these ratios: docs/accuracy.md, "Estimates of time".
   constexpr double kSurveysPerSet = 2;     // a set ramps several contacts
@@ -109,7 +109,7 @@ double estimate_build_seconds(const Assembly& assembly, const Scene& scene, cons
   }
   double seconds = num_sites * site_seconds + kSurveysPerSet * num_sets * survey_seconds;
   if (work.has_zones) seconds += kSurveysPerSettle * (surveys + num_sets) * survey_seconds;
-  return seconds;
+  return {survey_seconds, seconds};
 }
 
 }  // namespace palpate

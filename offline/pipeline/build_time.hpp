@@ -15,10 +15,15 @@ struct PlannedWork {
   bool has_zones = false;       // zones that the survey brings to equilibrium
 };
 
+struct BuildTime {
+  double push_seconds = 0;   // a push of a site by a typical part of max_displacement, solved from rest
+  double build_seconds = 0;  // all of the work
+};
+
 // Returns processor seconds of one thread on an idle machine. Cost: a sample and a survey push at one site
-// or, in half a second, at a few; on small organs up to five seconds more for whole sites, which tell how many
-// are hard.
-double estimate_build_seconds(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
+// or, in half a second, at a few; on small organs up to five seconds more for whole sites, which tell how
+// many are hard.
+BuildTime estimate_build_time(const Assembly& assembly, const Scene& scene, const ContactSites& sites,
                               const RestState& rest, const SamplingPlan& plan, const PlannedWork& work);
 
 }  // namespace palpate

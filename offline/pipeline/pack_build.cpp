@@ -26,7 +26,7 @@ Compliance compute_compliance(const Assembly& assembly, const Scene& scene, cons
     const auto show = [&](int done, int total) {
       bar.show(static_cast<int>(std::int64_t{done} * kBarSteps / total));
     };
-    compliance.compressed = compress_linear_dd(threaded, sites, kComplianceTolerance, show, rest);
+    compliance.compressed = compress_linear_dd(threaded, sites, compliance_tolerance(scene), show, rest);
   } else if (is_dense_at_hand(scene, sites)) {
     ProgressBar bar("linear_dd", static_cast<int>(3 * sites.contact_nodes.size()));
     compliance.dense = compute_linear_dd(

@@ -364,13 +364,13 @@ double dense_compliance_bytes(std::size_t packed_nodes, std::size_t contact_node
   return 0.5 * contact_dofs * contact_dofs * sizeof(double) + contact_dofs * rows * sizeof(pack::Real);
 }
 
-double estimate_compressed_bytes(std::size_t packed_nodes, std::size_t contact_nodes) {
+double estimate_compressed_bytes(std::size_t packed_nodes, std::size_t contact_nodes, double tolerance) {
   const double panels = pack::num_panels(static_cast<uint32_t>(packed_nodes));
-  // Typical compact organ at kComplianceTolerance: near panels, and columns of far panels.
+  // Typical compact organ: near panels, and columns of far panels.
   constexpr double kNearPanels = 9;
-  constexpr double kMeanRank = 20;
+  const double mean_rank = tolerance >= kBridgingTolerance ? 8 : 20;
   const double near = std::min(panels, kNearPanels);
-  return static_cast<double>(contact_nodes) * (near * pack::kPanelRows + (panels - near) * kMeanRank) * 3 *
+  return static_cast<double>(contact_nodes) * (near * pack::kPanelRows + (panels - near) * mean_rank) * 3 *
          sizeof(pack::Real);
 }
 

@@ -253,7 +253,9 @@ Model read_model(const SceneTable& top, const std::filesystem::path& include_roo
     top.fail("model", "model " + printable(scene.model_file.string()) + " is not a file; correct its name");
   }
   if (normalised_name(scene.model_file.extension().string()) != ".INP") {
-    top.fail("model", "model " + printable(*name) + " is not an .inp file; convert it");
+    top.fail("model", "model " + printable(*name) +
+                          " is not an .inp file and has no law and no supports; run `palpate new " +
+                          printable(*name) + "`, and name the .inp file that it writes");
   }
   const double merge_length = top.number_above_zero("merge").value_or(0);
   Model model = read_inp(scene.model_file, include_root, merge_length);

@@ -220,7 +220,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{"model = \"orgn.inp\"\n[contact]\nsites = \"PROBE\"\nmax_displacement = 1\n",
                  "scene.toml:1: model orgn.inp is not a file; correct its name"},
         BadScene{"model = \"scene.toml\"\n[contact]\nsites = \"PROBE\"\nmax_displacement = 1\n",
-                 "scene.toml:1: model scene.toml is not an .inp file; convert it"},
+                 "scene.toml:1: model scene.toml is not an .inp file and has no law and no supports; run "
+                 "`palpate new scene.toml`, and name the .inp file that it writes"},
         BadScene{"model = \"organ.inp\"\n[contact]\nmax_displacement = 1\n",
                  "scene.toml:2: contact.sites is missing; add a node set, an array of node labels, or "
                  "\"surface\""},

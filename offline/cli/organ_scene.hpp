@@ -1,0 +1,54 @@
+// The tissue, supports and scene that `palpate new` writes for a mesh, and that `palpate check` judges it by.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "offline/cli/organ_file.hpp"
+#include "offline/io/tissue_table.hpp"
+#include "offline/precompute/scene.hpp"
+
+namespace palpate {
+
+inline constexpr const char* kFixedSet = "FIXED";
+inline constexpr const char* kProbeSet = "PROBE";
+
+// A length unit, the force unit for which moduli come out in numbers of ordinary size, and the pressure
+// unit of both.
+struct Units {
+  const char* length;
+  const char* force;
+  const char* pressure;
+  double kilopascal;  // in the pressure unit
+  double centimetre;  // in the length unit
+};
+inline constexpr std::array kUnits = {Units{"mm", "mN", "kPa", 1.0, 10}, Units{"cm", "N", "N/cm^2", 0.1, 1},
+                                      Units{"m", "N", "Pa", 1000.0, 0.01}};
+
+const Units& units_of(const std::string& length);
+const Tissue& tissue_of(const std::string& name);
+
+// Gives every element a material, four-node elements shared volumes, and the model an element set for each of
+// several materials. Arrays of the file precede the tissue.
+void set_tissue(OrganFile& organ, const Tissue& tissue, const Units& units);
+
+// Where an organ is held.
+struct HeldPlace {
+  std::vector<int> nodes;   // sorted
+  int guessed_percent = 0;  // of the extent along z, from below; 0: no guess
+};
+
+// The place, or node set FIXED where `place` is empty, or a guess: the lowest tenth, or more until that
+// holds the organ.
+HeldPlace find_held_place(const Model& model, const std::string& place);
+
+// All axes of the nodes, sorted.
+std::vector<PrescribedDisplacement> held_dofs(const std::vector<int>& nodes);
+
+// The free surface nodes of a place. Throws std::runtime_error where there are none.
+std::vector<int> touchable_nodes(const Model& model, const std::string& place);
+
+// The scene that `palpate new` writes, in memory. `sites`: empty: every free surface node.
+Scene default_scene(const Model& model, std::vector<int> sites);
+
+}  // namespace palpate
