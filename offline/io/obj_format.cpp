@@ -34,8 +34,10 @@ class ObjReader {
       const std::string_view keyword = cut_word(text);
       if (keyword == "v") read_vertex(text);
       if (keyword == "f") read_face(text);
+      if (keyword == "g") group_ = cut_word(text);
     }
     if (mesh_.cells.empty()) cursor_.fail_at(0, "has no faces; export a surface, or check the file's ending");
+    drop_whole_sets(mesh_);
     number_from_one(mesh_);
     return std::move(mesh_);
   }
@@ -66,11 +68,15 @@ class ObjReader {
       nodes.push_back(*index > 0 ? *index - 1 : num_points + *index);
     }
     if (nodes.size() < 3) cursor_.fail_at(line_, "a face needs three vertices; remove it");
+    const std::size_t first = mesh_.cells.size();
     add_polygon(nodes, line_, mesh_);
+    for (std::size_t cell = first; cell < mesh_.cells.size() && !group_.empty(); ++cell)
+      mesh_.element_sets[group_].push_back(static_cast<int>(cell));
   }
 
   FileCursor& cursor_;
   MeshData mesh_;
+  std::string group_;  // of the next face; the first where a line names several
   int line_ = 0;
 };
 

@@ -1,5 +1,6 @@
 // OBJ files: "v x y z" and "f a b c ..." with indices from 1, or from the end if negative. "a/b/c" names
-// texture and normal behind the vertex. Polygons become triangles; other lines are passed over.
+// texture and normal behind the vertex. Polygons become triangles. Groups, "g NAME ...", become element sets.
+// Other lines are passed over.
 #pragma once
 
 #include <filesystem>

@@ -55,6 +55,7 @@ class StlReader {
       cursor_.fail_at(0, fmt::format("has {} bytes, where its {} triangles take {}; copy or export it again",
                                      size, num_facets, expected));
     }
+    drop_whole_sets(mesh_);
     number_from_one(mesh_);
     return std::move(mesh_);
   }
@@ -74,8 +75,11 @@ class StlReader {
   void read_text() {
     while (cursor_.skip_blanks()) {
       expect("solid");
-      cursor_.next_line("the name of a solid");
+      const std::string name(trimmed(cursor_.next_line("the name of a solid")));
+      const std::size_t first = mesh_.cells.size();
       while (lower_word() == "facet") read_facet();
+      for (std::size_t cell = first; cell < mesh_.cells.size() && !name.empty(); ++cell)
+        mesh_.element_sets[name].push_back(static_cast<int>(cell));
       expect("endsolid");
       if (!cursor_.at_end()) cursor_.next_line("the name of a solid");
     }

@@ -2,7 +2,8 @@
 //
 //   80 bytes of title, uint32 n, then n times: normal, three corners (float32), two bytes of attributes
 //
-// Corners at equal coordinates become one node; normals are passed over.
+// Corners at equal coordinates become one node; normals are passed over. Several solids with names become
+// element sets.
 #pragma once
 
 #include <filesystem>
