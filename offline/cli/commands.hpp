@@ -24,4 +24,11 @@ void add_new_command(CLI::App& app);
 void add_check_command(CLI::App& app);
 void add_convert_command(CLI::App& app);
 
+// Lists `mesh` in the help. The program of run_mesher() has its options.
+void add_mesh_command(CLI::App& app);
+
+// Replaces this process by the mesher. `arguments`: "mesh" and those behind it, ended by null. Throws
+// std::runtime_error with a remedy where the mesher is absent.
+[[noreturn]] void run_mesher(char** arguments);
+
 }  // namespace palpate

@@ -21,6 +21,7 @@ namespace {
 
 constexpr const char* kDescription =
     "Palpate: nonlinear soft tissue that answers a touch at haptic rate.\n\n"
+    "  palpate mesh   liver.stl -o liver.vtu    tetrahedra in a closed surface\n"
     "  palpate new    liver.vtk                 a scene for a mesh of an organ\n"
     "  palpate solve  model.inp -o DIR          full nonlinear finite elements\n"
     "  palpate build  scene.toml -o organ.pack  learn how the organ answers, and how wrong that is\n"
@@ -76,6 +77,7 @@ int run(int argc, char** argv) {
   palpate::add_new_command(app);
   palpate::add_check_command(app);
   palpate::add_convert_command(app);
+  palpate::add_mesh_command(app);
   palpate::add_solve_command(app, exit_code);
   palpate::add_build_command(app, exit_code);
   palpate::add_info_command(app, exit_code);
@@ -97,6 +99,7 @@ int run(int argc, char** argv) {
                  i > 1 ? ", behind " : "", i > 1 ? argv[i - 1] : "");
     return 1;
   }
+  if (std::strcmp(argv[1], "mesh") == 0) palpate::run_mesher(argv + 1);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

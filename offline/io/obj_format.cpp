@@ -1,5 +1,6 @@
 // OBJ files: "v x y z" and "f a b c ..." with indices from 1, or from the end if negative. "a/b/c" names
-// texture and normal behind the vertex. Polygons become triangles; other lines are passed over.
+// texture and normal behind the vertex. Polygons become triangles. Groups, "g NAME ...", become element sets.
+// Other lines are passed over.
 // Written are the mesh's triangles, or the outer faces of its tetrahedra (surface_cells.hpp).
 #include <fmt/format.h>
 
@@ -28,9 +29,11 @@ class ObjReader {
       const std::string_view keyword = cursor_.next_word("a keyword");
       if (keyword == "v") read_vertex();
       if (keyword == "f") read_face();
+      if (keyword == "g") group_ = cursor_.has_word_in_line() ? cursor_.next_word("a group") : "";
       if (!cursor_.at_end()) cursor_.next_line("the rest of a line");
     }
     if (!has_faces_) cursor_.fail_at(0, "has no faces; export a surface, or check the file's ending");
+    drop_whole_sets(mesh_);
     number_from_one(mesh_);
     return std::move(mesh_);
   }
@@ -61,7 +64,11 @@ class ObjReader {
     }
     if (num_nodes < 3) cursor_.fail("a face needs three vertices; remove it");
     has_faces_ = true;
-    if (keeps_) add_polygon(nodes, cursor_.line(), mesh_);
+    if (!keeps_) return;
+    const std::size_t first = mesh_.cells.size();
+    add_polygon(nodes, cursor_.line(), mesh_);
+    for (std::size_t cell = first; cell < mesh_.cells.size() && !group_.empty(); ++cell)
+      mesh_.element_sets[group_].push_back(static_cast<int>(cell));
   }
 
   FileCursor& cursor_;
@@ -69,6 +76,7 @@ class ObjReader {
   MeshData mesh_;
   int num_points_ = 0;
   bool has_faces_ = false;
+  std::string group_;  // of the next face; the first where a line names several
 };
 
 }  // namespace

@@ -2,7 +2,8 @@
 //
 //   80 bytes of title, uint32 n, then n times: normal, three corners (float32), two bytes of attributes
 //
-// Corners at equal coordinates become one node; normals are passed over.
+// Corners at equal coordinates become one node; normals are passed over. Several solids with names become
+// element sets.
 // Written are the mesh's triangles, or the outer faces of its tetrahedra (surface_cells.hpp). A binary file
 // keeps seven digits of a coordinate, text keeps all.
 #include <fmt/format.h>
@@ -62,6 +63,7 @@ class StlReader {
                                      size, num_facets, expected));
     }
     if (num_triangles_ == 0) cursor_.fail_at(0, "has no triangles; export a surface");
+    drop_whole_sets(mesh_);
     number_from_one(mesh_);
     return std::move(mesh_);
   }
@@ -81,8 +83,11 @@ class StlReader {
   void read_text() {
     while (cursor_.skip_blanks()) {
       expect("solid");
-      cursor_.next_line("the name of a solid");
+      const std::string name(trimmed(cursor_.next_line("the name of a solid")));
+      const std::size_t first = mesh_.cells.size();
       while (lower_word() == "facet") read_facet();
+      for (std::size_t cell = first; cell < mesh_.cells.size() && !name.empty(); ++cell)
+        mesh_.element_sets[name].push_back(static_cast<int>(cell));
       expect("endsolid");
       if (!cursor_.at_end()) cursor_.next_line("the name of a solid");
     }

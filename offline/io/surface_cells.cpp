@@ -63,6 +63,10 @@ void add_polygon(std::span<const int> nodes, int line, MeshData& mesh) {
   }
 }
 
+void drop_whole_sets(MeshData& mesh) {
+  std::erase_if(mesh.element_sets, [&](const auto& set) { return set.second.size() == mesh.cells.size(); });
+}
+
 SurfaceTriangles surface_triangles(const MeshData& mesh, const std::filesystem::path& file) {
   SurfaceTriangles surface;
   surface.triangles = triangles_of_faces(mesh);

@@ -35,6 +35,7 @@ Rules rules_of_this_project() {
       {"runtime/include", {"palpate/"}},
       {"runtime/kernels", {"runtime/kernels/"}},
       {"offline/output", {"offline/io/", "offline/output/"}},
+      {"offline/mesher", {"offline/mesh/", "offline/io/", "offline/mesher/"}},
       {"examples", {"palpate/"}},
   };
   add_floors("runtime/src/",

@@ -168,6 +168,17 @@ TEST(StlFormat, ABinaryTitleMayBeginWithSolid) {
   EXPECT_EQ(read_bytes(kReadStl, bytes).cells.size(), 4U);
 }
 
+TEST(StlFormat, SolidsAreSets) {
+  const std::string facet =
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+  const MeshData mesh =
+      read_bytes(kReadStl, "solid left lobe \n" + facet + facet + "endsolid left lobe\nsolid cyst\n" + facet +
+                               "endsolid cyst\nsolid\n" + facet + "endsolid\n");
+  EXPECT_EQ(mesh.element_sets,
+            (std::map<std::string, std::vector<int>>{{"cyst", {2}}, {"left lobe", {0, 1}}}));
+  EXPECT_TRUE(read_bytes(kReadStl, "solid all\n" + facet + "endsolid all\n").element_sets.empty());
+}
+
 TEST(StlFormat, RefusesInOneLine) {
   const std::string bytes = from_base64(kBinaryStl);
   EXPECT_EQ(refusal_of_bytes(kReadStl, bytes.substr(0, 200)),
@@ -197,6 +208,15 @@ TEST(ObjFormat, ReadsEveryFormOfIndex) {
     add_polygon(nodes, 0, expected);
   expect_equal_meshes(mesh, expected);
   EXPECT_EQ(mesh.cells[1].line, 8);
+}
+
+// A group that holds every face tells nothing apart.
+TEST(ObjFormat, GroupsAreSets) {
+  const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+  const MeshData mesh =
+      read_bytes(kReadObj, points + "f 1 2 3\ng top more\nf 1 2 4 3\ng\nf 2 3 4\ng top\nf 1 3 4\n");
+  EXPECT_EQ(mesh.element_sets, (std::map<std::string, std::vector<int>>{{"top", {1, 2, 4}}}));
+  EXPECT_TRUE(read_bytes(kReadObj, points + "g all\nf 1 2 3\nf 1 2 4\n").element_sets.empty());
 }
 
 TEST(ObjFormat, RefusesInOneLine) {

@@ -1,0 +1,185 @@
+// palpate_mesher: fills a closed surface with tetrahedra. `palpate mesh` runs it.
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "offline/io/finished_file.hpp"
+#include "offline/io/mesh_formats.hpp"
+#include "offline/mesh/input_error.hpp"
+#include "offline/mesher/closed_surface.hpp"
+#include "offline/mesher/size_field.hpp"
+#include "offline/mesher/solid_fill.hpp"
+#include "offline/mesher/surface_repair.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double kMostElements = 4e6;     // some 4 GB in the mesher; a solve takes more
+constexpr double kSuggestedParts = 25;    // of the longest side, for a --size that is missing
+constexpr double kMostOverEstimate = 10;  // nodes per estimated element: the refinement has gone astray
+
+struct MeshArguments {
+  std::filesystem::path in;
+  std::filesystem::path out;
+  double size = 0;
+  std::vector<std::string> refinements;
+};
+
+// Tests the ending of OUT before long work.
+void check_solid_format(const std::filesystem::path& out) {
+  std::string known;
+  const std::string ending = out.extension().string() + " ";
+  for (const MeshFormat& format : mesh_formats()) {
+    const std::string name = format.name;
+    if (format.write == nullptr || name == "STL" || name == "OBJ" || name == "PLY") continue;
+    if (ending != " " && (std::string(format.extensions) + " ").find(ending) != std::string::npos) return;
+    known += (known.empty() ? "" : " ") + std::string(format.extensions);
+  }
+  throw std::runtime_error(out.string() + ": no tetrahedra are written with this ending; name one of " +
+                           known);
+}
+
+Eigen::Vector3d sides_of(const SurfaceTriangles& surface) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& position : surface.positions) box.extend(position);
+  return box.sizes();
+}
+
+void check_size(double size, const Eigen::Vector3d& sides, const std::string& file) {
+  if (size > 0) return;
+  throw std::runtime_error(fmt::format(
+      "--size is needed, the length of an edge at the surface: {} measures {:.4g} x {:.4g} x {:.4g}, so try "
+      "--size {:.2g}",
+      file, sides[0], sides[1], sides[2], sides.maxCoeff() / kSuggestedParts));
+}
+
+void check_number(double num_elements, double size) {
+  if (num_elements <= kMostElements) return;
+  throw std::runtime_error(fmt::format(
+      "--size {:g} gives about {:.2g} tetrahedra, more than {:.2g}; take {:.2g} or more, or refine "
+      "smaller places",
+      size, num_elements, kMostElements, 1.05 * size * std::cbrt(num_elements / kMostElements)));
+}
+
+void print_remarks(const std::vector<std::string>& remarks) {
+  for (const std::string& remark : remarks) fmt::print("mended     {}\n", remark);
+}
+
+std::string counted(int count, const char* one, const char* several) {
+  return fmt::format("{} {}", count, count == 1 ? one : several);
+}
+
+void print_result(const FilledSolid& solid, const ClosedSurface& closed, const MeshArguments& arguments,
+                  double seconds) {
+  fmt::print("wrote      {}: {} nodes, {} tetrahedra, in {:.1f} s\n", arguments.out.string(),
+             solid.mesh.positions.size(), solid.mesh.cells.size(), seconds);
+  fmt::print("volume     {:.5g}, which is {:.2f} % of the volume inside the surface\n", solid.volume,
+             100 * solid.volume / closed.volume);
+  fmt::print("angles     between faces: {:.3g} to {:.3g} degrees\n", solid.least_angle, solid.largest_angle);
+  fmt::print("surface    within {:.3g} of the input, {:.2g} of --size\n", solid.deviation,
+             solid.deviation / arguments.size);
+  if (solid.num_joints > 0)
+    fmt::print(
+        "joints     {} edges at which parts touch that should not; a smaller --size may keep them apart\n",
+        solid.num_joints);
+  if (solid.sharp_length > 0)
+    fmt::print("edges      follows sharp edges of length {:.4g}\n", solid.sharp_length);
+  fmt::print("\nNext:\n  palpate new {}\n", arguments.out.string());
+}
+
+void run_mesh(const MeshArguments& arguments) {
+  const auto start = std::chrono::steady_clock::now();
+  check_keeps_inputs(arguments.out, {arguments.in});
+  check_solid_format(arguments.out);
+  check_can_finish(arguments.out);
+  const MeshData input = read_mesh(arguments.in);
+  for (const std::string& note : input.notes) fmt::print(stderr, "{}\n", note);
+  const std::string file = arguments.in.string();
+  RepairedSurface repaired = repair_surface(surface_triangles(input, arguments.in), file);
+  const Eigen::Vector3d sides = sides_of(repaired.surface);
+  check_size(arguments.size, sides, file);
+  const SizeField sizes(arguments.size, arguments.refinements, input);
+  const ClosedSurface closed = close_surface(repaired.surface, arguments.size, file);
+  const double num_elements = sizes.num_elements(closed.area, closed.volume);
+  check_number(num_elements, arguments.size);
+
+  fmt::print("surface    {}: {} triangles, {:.4g} x {:.4g} x {:.4g}\n", file, closed.surface.triangles.size(),
+             sides[0], sides[1], sides[2]);
+  print_remarks(repaired.remarks);
+  print_remarks(closed.remarks);
+  fmt::print("solid      {}{}, volume {:.5g}\n", counted(closed.num_parts, "part", "parts"),
+             closed.num_cavities > 0 ? " with " + counted(closed.num_cavities, "cavity", "cavities") : "",
+             closed.volume);
+  fmt::print("meshing    about {:.2g} tetrahedra, edges of {:g} at the surface\n", num_elements,
+             arguments.size);
+  std::fflush(stdout);
+  const auto most_nodes = static_cast<std::size_t>(kMostOverEstimate * (num_elements + 1000));
+  const FilledSolid solid = fill_solid(closed, sizes, most_nodes, file);
+  write_mesh(solid.mesh, {}, arguments.out);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  print_result(solid, closed, arguments, took.count());
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"Fill a closed surface with tetrahedra", "palpate mesh"};
+  MeshArguments arguments;
+  app.footer(
+      "The surface: triangles of an STL, OBJ or PLY file, or of any mesh that `palpate convert` reads. "
+      "Lengths are\n"
+      "numbers of the file. Equal points are welded, triangles turned alike, and holes up to 10 sizes around "
+      "closed.\n"
+      "A surface inside another bounds a cavity. Edges grow to 2.5 sizes at the core of the solid.\n\n"
+      "Places for --refine, which have finer elements than --size:\n"
+      "  \"x,y,z,r: size\"       a ball\n"
+      "  \"SET: size\"           a set of the mesh, a group of OBJ, a solid of a text STL\n\n"
+      "Example: palpate mesh liver.stl --size 6 --refine \"12,80,45,15: 2\" -o liver.vtu\n"
+      "         palpate new liver.vtu --tissue liver");
+  app.add_option("IN", arguments.in, "File with a closed surface")->type_name("")->required();
+  app.add_option("-o,--output", arguments.out, "Mesh to write: .vtu, .vtk, .msh, .inp, ...")
+      ->type_name("OUT")
+      ->required();
+  app.add_option("--size", arguments.size, "Length of an edge at the surface")
+      ->type_name("S")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--refine", arguments.refinements,
+                 "A finer place, such as where tools touch; may be repeated")
+      ->type_name("PLACE")
+      ->expected(1)
+      ->take_all();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help
+    fmt::print(stderr, "palpate mesh: {}; see 'palpate mesh --help'\n", error.what());
+    return 1;
+  }
+  run_mesh(arguments);
+  return 0;
+}
+
+}  // namespace
+}  // namespace palpate
+
+int main(int argc, char** argv) {
+  try {
+    const int exit_code = palpate::run(argc, argv);
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
+    fmt::print(stderr, "standard output: cannot be written\n");
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "palpate mesh: out of memory; take a larger --size\n");
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}\n", error.what());
+  }
+  return 1;
+}

@@ -1,0 +1,28 @@
+// Fills a closed surface with tetrahedra: Delaunay refinement, then a perturbation of nodes and weights that
+// removes slivers (CGAL's Mesh_3).
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "offline/io/mesh_data.hpp"
+#include "offline/mesher/closed_surface.hpp"
+#include "offline/mesher/size_field.hpp"
+
+namespace palpate {
+
+struct FilledSolid {
+  MeshData mesh;  // tetrahedra alone, turned as mesh_data.hpp says
+  double volume = 0;
+  double sharp_length = 0;  // of the sharp edges that the mesh follows
+  int num_joints = 0;       // edges of the boundary with other than two triangles: places closer than h touch
+  double deviation = 0;     // the largest distance between the two surfaces, either way
+  double least_angle = 180, largest_angle = 0;  // between faces of an element, degrees
+};
+
+// Equal input gives equal output. Throws InputError where the refinement does not end, at `most_nodes`.
+FilledSolid fill_solid(const ClosedSurface& closed, const SizeField& sizes, std::size_t most_nodes,
+                       const std::string& file);
+
+}  // namespace palpate
