@@ -21,7 +21,7 @@ inline constexpr double kLargestHole = 10;    // around, in --size
 inline constexpr double kThinnestWall = 0.1;  // mean thickness, in --size
 
 // `surface`: from repair_surface(). `size`: --size. Throws InputError with places and a remedy where a hole
-// is larger than kLargestHole or cannot be filled, triangles cross each other, or walls are too thin for `size`.
+// is larger than kLargestHole or cannot be filled, triangles cross, or walls are too thin for `size`.
 ClosedSurface close_surface(const SurfaceTriangles& surface, double size, const std::string& file);
 
 }  // namespace palpate

@@ -35,7 +35,7 @@ class SizeField {
   double inside(const Eigen::Vector3d& point, double depth) const;
 
   // Estimates the number of tetrahedra from the surface's area and the volume in it, as layers from the
-  // surface inward. Good within a factor of two.
+  // surface inward. Good within a factor of two on smooth surfaces; folds and steps take more.
   double num_elements(double area, double volume) const;
 
  private:
