@@ -19,6 +19,8 @@ namespace {
 
 // Limit of a dense compliance, which opens fast and is exact. Bytes grow with the square of the nodes.
 constexpr double kMostDenseBytes = 256e6;
+// The same where the linear model answers only until a zone is prepared: a smaller pack matters more.
+constexpr double kMostBridgingBytes = 16e6;
 
 double dense_bytes(const ContactSites& sites) {
   return dense_compliance_bytes(sites.packed_nodes.size(), sites.contact_nodes.size());
@@ -125,8 +127,8 @@ bool has_compliance(const Scene& scene) {
 
 bool is_to_be_compressed(const Scene& scene, const ContactSites& sites) {
   if (!has_compliance(scene) || scene.compliance == ComplianceForm::dense) return false;
-  return scene.compliance == ComplianceForm::compressed || !scene.linear ||
-         dense_bytes(sites) > kMostDenseBytes;
+  return scene.compliance == ComplianceForm::compressed ||
+         dense_bytes(sites) > (scene.linear ? kMostDenseBytes : kMostBridgingBytes);
 }
 
 double compliance_tolerance(const Scene& scene) {
@@ -292,12 +294,15 @@ void print_plan(const Scene& scene, const ContactSites& sites, const Assembly& a
   const double zone_bytes = print_zones(model, scene, sites);
   std::fflush(stdout);  // the user must see the plan before the wait, also in a file
   const PlannedWork work = planned_work(model, scene, sites, plan, zone_bytes > 0);
-  const int jobs = std::min(plan.jobs * processes, static_cast<int>(work.sites));
-  const double seconds = estimate_build_time(assembly, scene, sites, rest, plan, work).build_seconds / jobs;
-  fmt::print("estimate   {} nonlinear solves or more, about {} s on {} threads; pack about {:.1f} MB",
-             work.sets + work.sites * (work.samples_per_site + work.survey_per_site),
-             seconds < 10 ? fmt::format("{:.1f}", seconds) : fmt::format("{:.0f}", seconds), jobs,
-             (bytes + zone_bytes) / 1e6);
+  const size_t solves = work.sets + work.sites * (work.samples_per_site + work.survey_per_site);
+  std::string time = "no nonlinear solves";  // then the estimate would take longer than what it estimates
+  if (solves > 0) {
+    const int jobs = std::min(plan.jobs * processes, static_cast<int>(work.sites));
+    const double seconds = estimate_build_time(assembly, scene, sites, rest, plan, work).build_seconds / jobs;
+    time = fmt::format("{} nonlinear solves or more, about {:.{}f} s on {} threads", solves, seconds,
+                       seconds < 10 ? 1 : 0, jobs);
+  }
+  fmt::print("estimate   {}; pack about {:.1f} MB", time, (bytes + zone_bytes) / 1e6);
   if (keeps_samples) fmt::print(", samples {:.1f} MB", sample_store_bytes(model, scene, sites, plan) / 1e6);
   fmt::print("\n");
   std::fflush(stdout);
