@@ -72,8 +72,9 @@ void add_cost(const CheckArguments& arguments, OrganFile organ, CheckReport& rep
   }
   organ.model.fixed = supports;
   if (supports.empty()) {
-    organ.model.fixed = held_dofs(find_held_place(organ.model, "").nodes);
-    report.cost_of += ", held at its lowest tenth";
+    const HeldPlace held = find_held_place(organ.model, "");
+    organ.model.fixed = held_dofs(held.nodes);
+    report.cost_of += fmt::format(", held at its lowest {} %", held.guessed_percent);
   }
   if (!loose_parts(organ.model, organ.model.fixed).empty()) {
     report.cost_of = "hold every part first";
@@ -106,11 +107,12 @@ void run_check(const CheckArguments& arguments) {
   for (const std::string& fault : organ.faults) {
     if (std::find(faults.begin(), faults.end(), fault) == faults.end()) faults.push_back(fault);
   }
+  if (!arguments.json) print_check_text(report);  // before the solves, which large organs wait for
   add_cost(arguments, organ, report);
   if (arguments.json) {
     print_check_json(report);
   } else {
-    print_check_text(report);
+    print_cost_text(report);
   }
 }
 

@@ -92,7 +92,8 @@ void print_laws(const Model& model) {
                printable(model.materials[i].name), counts[i], moduli.shear, moduli.poisson_ratio());
   }
   if (counts.size() > kMostListed) fmt::print("           ... and {} more\n", counts.size() - kMostListed);
-  if (counts.empty()) fmt::print("laws       none; `palpate new --tissue` gives it one\n");
+  if (counts.empty())
+    fmt::print("laws       none; `palpate new` gives it one, of --tissue or of the arrays E and nu\n");
 }
 
 void print_angles(const OrganCheck& check) {
@@ -116,23 +117,6 @@ std::string duration_text(double seconds) {
   if (seconds < 2 * kMinute) return fmt::format("{:.2g} s", seconds);
   if (seconds < 2 * kHour) return fmt::format("{:.0f} min", seconds / kMinute);
   return fmt::format("{:.1f} h", seconds / kHour);
-}
-
-void print_cost(const CheckReport& report) {
-  if (!report.cost) {
-    fmt::print("cost       not estimated: {}\n", report.cost_of);
-    return;
-  }
-  const OrganCost& cost = *report.cost;
-  fmt::print("cost       of {}, on one thread of this machine:\n", report.cost_of);
-  fmt::print("           a solve of one push about {} and {:.0f} MB\n", duration_text(cost.solve_seconds),
-             std::max(1.0, cost.solve_bytes / 1e6));
-  fmt::print(
-      "           a build with {} sites about {} and {:.0f} MB, its pack {:.1f} MB; `--survey none` leaves "
-      "out most of the "
-      "time, and the errors\n",
-      cost.num_sites, duration_text(cost.build_seconds), std::max(1.0, cost.build_bytes / 1e6),
-      cost.pack_bytes / 1e6);
 }
 
 nlohmann::json box_json(const Eigen::AlignedBox3d& box) {
@@ -172,7 +156,25 @@ void print_check_text(const CheckReport& report) {
   print_angles(check);
   for (const std::string& warning : check.warnings) fmt::print("warning    {}\n", warning);
   for (const std::string& fault : check.faults) fmt::print("refused    {}\n", fault);
-  print_cost(report);
+  std::fflush(stdout);
+}
+
+void print_cost_text(const CheckReport& report) {
+  if (!report.cost) {
+    fmt::print("cost       not estimated: {}\n", report.cost_of);
+    return;
+  }
+  const OrganCost& cost = *report.cost;
+  fmt::print("cost       of {}, on this machine:\n", report.cost_of);
+  fmt::print("           a solve of one push about {} and {:.0f} MB, on one thread\n",
+             duration_text(cost.solve_seconds), std::max(1.0, cost.solve_bytes / 1e6));
+  fmt::print(
+      "           a build with {} sites about {} of one thread and {:.0f} MB, its pack {:.1f} MB; `--survey "
+      "none` leaves "
+      "out most of the "
+      "time, and the errors\n",
+      cost.num_sites, duration_text(cost.build_seconds), std::max(1.0, cost.build_bytes / 1e6),
+      cost.pack_bytes / 1e6);
 }
 
 void print_check_json(const CheckReport& report) {

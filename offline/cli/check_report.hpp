@@ -29,7 +29,8 @@ struct CheckReport {
   std::string cost_of;  // the tissue and supports that the cost assumes, or why there is no cost
 };
 
-void print_check_text(const CheckReport& report);
+void print_check_text(const CheckReport& report);  // without the cost
+void print_cost_text(const CheckReport& report);
 void print_check_json(const CheckReport& report);
 
 }  // namespace palpate

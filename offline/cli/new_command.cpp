@@ -130,10 +130,10 @@ std::string models_text(const Model& model) {
     return "linear = true                  # the law is linear, so this model is exact\n"
            "polynomial = false             # fits of nonlinear answers\n";
   return "zone = true                    # nonlinear elements about the contacts; nothing is sampled\n"
-         "linear = false                 # compressed: it answers only until a zone is prepared, and is most "
-         "of the "
-         "pack;\n"
-         "                               # sites = \"SET\" in place of all sites make it smaller\n"
+         "linear = false                 # it answers only until a zone is prepared; many sites make it most "
+         "of "
+         "the\n"
+         "                               # pack, and sites = \"SET\" makes it smaller\n"
          "polynomial = false             # true: the fastest frames of single contacts, and a long build\n";
 }
 

@@ -1,6 +1,8 @@
 #include "offline/cli/organ_file.hpp"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "offline/io/mesh_formats.hpp"
 #include "offline/io/model_from_mesh.hpp"
@@ -40,7 +42,10 @@ OrganFile read_deck(const std::filesystem::path& file, double merge_length) {
     // A build takes such a file as it is, so that nothing of it can be mended here.
     if (organ.has_laws) check_elements(deck, whole_file_origin(deck));
   } catch (const InputError& error) {
-    if (deck.elements.empty()) deck = read_inp_mesh(file);  // throws where not even the mesh can be read
+    if (deck.elements.empty()) {
+      deck = read_inp_mesh(file);  // throws where not even the mesh can be read
+      if (merge_length > 0) merge_nodes(deck, merge_length, whole_file_origin(deck));
+    }
     if (!organ.has_laws) {
       for (Tetrahedron& element : deck.elements) element.material = -1;
     }
@@ -62,6 +67,24 @@ OrganFile read_bare_mesh(const std::filesystem::path& file) {
   return organ;
 }
 
+// Moves the groups of moduli from the elements that are left back to `moduli`, without groups that have lost
+// all elements.
+void take_groups(OrganFile& organ) {
+  std::vector<int> new_group(organ.moduli.groups.size(), -1);
+  std::vector<ElementModuli::Group> groups;
+  organ.moduli.group_of_element.clear();
+  for (Tetrahedron& element : organ.model.elements) {
+    int& group = new_group[static_cast<size_t>(element.material)];
+    if (group < 0) {
+      group = static_cast<int>(groups.size());
+      groups.push_back(organ.moduli.groups[static_cast<size_t>(element.material)]);
+    }
+    organ.moduli.group_of_element.push_back(group);
+    element.material = -1;
+  }
+  organ.moduli.groups = std::move(groups);
+}
+
 }  // namespace
 
 OrganFile read_organ(const std::filesystem::path& file, const OrganOptions& options) {
@@ -72,6 +95,7 @@ OrganFile read_organ(const std::filesystem::path& file, const OrganOptions& opti
   if (merge_length > 0 && !is_inp) merge_nodes(model, merge_length, whole_file_origin(model));
   for (Eigen::Vector3d& position : model.positions) position *= options.scale;
   if (options.keep_largest) keep_largest_part(model);
+  if (!organ.moduli.empty()) take_groups(organ);
   return organ;
 }
 

@@ -18,7 +18,7 @@ struct OrganOptions {
 
 struct OrganFile {
   // The tetrahedra, with the materials and supports that an .inp file has. Elements without a material have
-  // -1. Materials of another file are those of its arrays E and nu, numbered as `moduli`.
+  // -1. Arrays E and nu of other files are in `moduli`.
   Model model;
   ElementModuli moduli;             // of the arrays; see find_element_moduli(), with E = 1 and kTissueRatio
   std::vector<std::string> faults;  // a line: why materials and supports of an .inp file could not be read

@@ -63,6 +63,8 @@ void set_tissue(OrganFile& organ, const Tissue& tissue, const Units& units) {
         {"TISSUE", CompressibleNeoHookean{mu, 2 * mu * kTissueRatio / (1 - 2 * kTissueRatio)}});
     for (Tetrahedron& element : model.elements) element.material = 0;
   } else {
+    for (size_t i = 0; i < model.elements.size(); ++i)
+      model.elements[i].material = organ.moduli.group_of_element[i];
     add_material_sets(model);
   }
   std::vector<int> volume_groups;

@@ -36,8 +36,10 @@ std::string push_from_above(const OpenedPack& opened) {
 int run_picture(PictureArguments arguments) {
   check_keeps_inputs(arguments.output, {arguments.pack});
   const OpenedPack opened(arguments.pack);
-  if (arguments.contacts.contacts.empty() && arguments.contacts.points.empty())
-    arguments.contacts.contacts.push_back(push_from_above(opened));
+  ContactArguments& given = arguments.contacts;
+  // Gravity alone is worth a picture, too.
+  if (given.contacts.empty() && given.points.empty() && given.gravity.empty())
+    given.contacts.push_back(push_from_above(opened));
   const ContactAnswer answer = answer_contacts(opened, arguments.contacts);
   const pal_geometry geometry = opened.pack().geometry();
   PictureInput input;

@@ -30,6 +30,7 @@ void renumber_members(std::map<std::string, std::vector<int>>& sets, const std::
     for (int& member : members) member = new_index[position_of(member)];
     std::erase(members, -1);
   }
+  std::erase_if(sets, [](const auto& set) { return set.second.empty(); });
 }
 
 // Numbers the items for which `is_kept` holds, and gives -1 to the others.

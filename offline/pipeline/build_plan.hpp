@@ -23,7 +23,7 @@ bool has_compliance(const Scene& scene);
 // Whether the pack compresses the compliance: on request, for zones alone, or for a large dense matrix.
 bool is_to_be_compressed(const Scene& scene, const ContactSites& sites);
 
-// Returns the tolerance of a compressed compliance: looser where the scene asks for zones alone.
+// Returns the tolerance of a compressed compliance: looser where the linear model only bridges the time to a zone.
 double compliance_tolerance(const Scene& scene);
 
 // Whether sampling uses the dense compliance of all sites. Otherwise each site solves for its response.

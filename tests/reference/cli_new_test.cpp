@@ -168,6 +168,8 @@ TEST_F(NewOrgan, KeepsTheModuliOfArrays) {
   for (size_t i = 0; i < mesh.cells.size(); ++i) young.values.push_back(i < 60 ? 1 : 10);
   mesh.cell_arrays = {young};
   write_mesh(mesh, {}, path("organ.vtu"));
+  const ProgramRun checked = run_cleanly({"check", path("organ.vtu")});
+  EXPECT_NE(checked.out.find("of this mesh as its array E says"), std::string::npos) << checked.out;
   const ProgramRun made = run_cleanly({"new", path("organ.vtu"), "-o", path("made")});
   EXPECT_NE(made.out.find("2 materials from the array E"), std::string::npos) << made.out;
   EXPECT_NE(made.out.find("E from 1 to 10, taken as kPa"), std::string::npos) << made.out;
@@ -184,6 +186,21 @@ TEST_F(NewOrgan, KeepsTheModuliOfArrays) {
   const ProgramRun built =
       run_program({"build", path("made/organ.toml"), "-o", path("made/organ.pack"), "--survey", "none"});
   EXPECT_EQ(built.exit_code, 0) << built.error;
+}
+
+TEST_F(NewOrgan, DropsTheModuliOfDroppedParts) {
+  MeshData mesh = read_mesh(two_parts());
+  MeshArray young = {"E", 1, {}};
+  const size_t num_dropped = 48;  // of the second part
+  for (size_t i = 0; i < mesh.cells.size(); ++i)
+    young.values.push_back(i + num_dropped < mesh.cells.size() ? 10 : 1);
+  mesh.cell_arrays = {young};
+  write_mesh(mesh, {}, path("soft.vtu"));
+  EXPECT_EQ(run_program({"new", path("soft.vtu"), "-o", path("kept"), "--keep", "largest"}).exit_code, 0);
+  const Model model = read_scene(path("kept/soft.toml")).model;
+  ASSERT_EQ(model.materials.size(), 1U);
+  const SmallStrainModuli moduli = small_strain_moduli(model.materials[0].law);
+  EXPECT_NEAR(2 * moduli.shear * (1 + moduli.poisson_ratio()), 10, 1e-4);
 }
 
 TEST_F(NewOrgan, NamesSetsOfOneLaw) {
