@@ -67,9 +67,9 @@ class FileCursor {
   // Passes blanks within the line. Whether a word is left in the line.
   bool has_word_in_line();
 
-  // Passes everything up to and with `word` between blanks, even binary numbers. Passes nothing and
-  // returns false where the rest of the file lacks it.
-  bool skip_past_word(std::string_view word);
+  // Passes everything up to and with the first of two words between blanks, even binary numbers. Passes
+  // nothing and returns false where the rest of the file lacks both. The words begin with one letter.
+  bool skip_past_word(std::string_view word, std::string_view other);
 
   // Returns the next word, without blanks around it. `what` names the word in the message of a failure:
   // "the file ends where <what> should be".
@@ -121,8 +121,8 @@ class FileCursor {
   std::function<void(std::string_view)> read_comment_;
 };
 
-// A reader passes its files twice. The first pass looks for damage and keeps nothing, so that a damaged file
-// takes no more memory than its bytes. The second pass builds the mesh.
+// A reader passes its files twice. The first pass looks for damage and builds no mesh. It keeps only what
+// later checks need: runs of labels, ends of cells, Gmsh's entities. The second pass builds the mesh.
 enum class Pass : std::uint8_t { check, build };
 
 template <typename Reader, typename... Cursors>

@@ -169,6 +169,12 @@ void inflate_blocks(StoredBytes& stored, const VtuCoding& coding, std::size_t nu
   inflater.flush();
 }
 
+void take_growth(std::size_t num_bytes, std::size_t& growth_left, const VtuArrayPlace& place,
+                 const std::string& remedy) {
+  if (num_bytes > growth_left) place.fail("would grow far beyond the size of the file; " + remedy);
+  growth_left -= num_bytes;
+}
+
 }  // namespace
 
 void VtuArrayPlace::fail(const std::string& message) const {
@@ -180,15 +186,14 @@ void decode_vtu_array(std::string_view stored, bool is_base64, const VtuCoding& 
   if (num_bytes == 0) return;
   StoredBytes bytes(stored, is_base64, place);
   if (coding.is_compressed) {
-    if (num_bytes > growth_left)
-      place.fail("would grow far beyond the size of the file; export the file without compression");
-    growth_left -= num_bytes;
+    take_growth(num_bytes, growth_left, place, "export the file without compression");
     return inflate_blocks(bytes, coding, num_bytes, place, take);
   }
   const std::uint64_t size = next_header(bytes, coding);
   if (size != num_bytes)
     place.fail(fmt::format("has {} bytes, where its values take {}; export the file again", size, num_bytes));
   if (num_bytes > bytes.most_left()) place.fail("ends early; copy or export the file again");
+  take_growth(num_bytes, growth_left, place, "give each array an offset of its own");
   while (num_bytes > 0) {
     const std::string piece = bytes.next(std::min(num_bytes, kPieceBytes));
     num_bytes -= piece.size();

@@ -36,7 +36,7 @@ struct VtuArrayPlace {
 };
 
 // Gives the `num_bytes` bytes of an array that begins at the start of `stored` to `take`, in blocks of whole
-// numbers, so that no array stands in memory. `growth_left`: bytes that the file's compressed arrays may
+// numbers, so that no array stands in memory. `growth_left`: bytes that the file's binary arrays may
 // still grow to, so that a small file cannot fill the memory.
 void decode_vtu_array(std::string_view stored, bool is_base64, const VtuCoding& coding, std::size_t num_bytes,
                       std::size_t& growth_left, const VtuArrayPlace& place,

@@ -34,6 +34,8 @@ namespace {
 // All compressed arrays of a file together grow to at most so many times its size. Meshes with sets, whose
 // zeros compress best, stay below 20.
 constexpr std::size_t kMaxGrowth = 100;
+// Arrays without compression have their bytes in the file. Several may name one offset.
+constexpr std::size_t kMaxRawGrowth = 2;
 // An element or an attribute of XML takes up to 72 bytes in memory. A grid of one piece has a few hundred.
 constexpr std::ptrdiff_t kMaxXmlItems = 100'000;
 
@@ -56,7 +58,7 @@ class VtuReader {
   // Appended data are no XML: the document ends before them.
   void parse() {
     file_ = cursor_.take_bytes();
-    growth_ = kMaxGrowth * file_.size();
+    growth_ = file_.size();
     constexpr std::string_view kAppended = "<AppendedData";
     if (const std::size_t begin = file_.find(kAppended); begin != std::string::npos) {
       const std::size_t end = std::min(file_.find('>', begin), file_.size() - 1);
@@ -110,6 +112,7 @@ class VtuReader {
     coding_.header_bytes = header == "UInt64" ? 8 : 4;
     const std::string_view compressor = root.attribute("compressor").value();
     coding_.is_compressed = !compressor.empty();
+    growth_ *= coding_.is_compressed ? kMaxGrowth : kMaxRawGrowth;
     if (!compressor.empty() && compressor != "vtkZLibDataCompressor")
       fail("arrays are compressed by " + printable(compressor) +
            ", which is not supported; export the file with zlib or without compression");
@@ -275,7 +278,7 @@ class VtuReader {
   pugi::xml_document document_;
   std::vector<std::pair<std::ptrdiff_t, int>> tags_;  // (offset, line)
   VtuCoding coding_;
-  std::size_t growth_ = 0, growth_left_ = 0;  // bytes of compressed arrays, in a pass
+  std::size_t growth_ = 0, growth_left_ = 0;  // bytes of binary arrays, in a pass
 };
 
 }  // namespace

@@ -154,6 +154,31 @@ TEST(VtuFormat, RefusesZipBombs) {
   EXPECT_EQ(refusal_of_bytes(kRead, bomb(1000, 24'000, 24'000)), "") << "a compressed array of its true size";
 }
 
+// Arrays without compression that all name the bytes of the points.
+std::string shared_offset(int num_arrays) {
+  constexpr std::uint32_t kNumPoints = 10'000;
+  std::string arrays;
+  for (int i = 0; i < num_arrays; ++i)
+    arrays += "<DataArray type=\"Float64\" Name=\"a" + std::to_string(i) +
+              "\" NumberOfComponents=\"3\" format=\"appended\" offset=\"0\"/>";
+  const std::string points =
+      "<DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"appended\" "
+      "offset=\"0\"/>";
+  return "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>\n<Piece NumberOfPoints=\"" +
+         std::to_string(kNumPoints) + "\" NumberOfCells=\"0\"><Points>" + points + "</Points><PointData>" +
+         arrays + "</PointData></Piece></UnstructuredGrid><AppendedData encoding=\"raw\">_" +
+         little_endian(24 * kNumPoints) + std::string(std::size_t{24} * kNumPoints, '\0') +
+         "</AppendedData></VTKFile>";
+}
+
+TEST(VtuFormat, RefusesManyArraysOfTheSameBytes) {
+  EXPECT_EQ(refusal_of_bytes(kRead, shared_offset(1)), "") << "an offset that two arrays share";
+  EXPECT_EQ(
+      refusal_of_bytes(kRead, shared_offset(300)),
+      "organ:2: array 'a1' would grow far beyond the size of the file; give each array an offset of its "
+      "own");
+}
+
 TEST(VtuFormat, SurvivesDamage) {
   expect_survives_damage(kRead, kTextVtu);
   expect_survives_damage(kRead, from_base64(kBase64Vtu));
