@@ -25,9 +25,12 @@
 namespace palpate {
 namespace {
 
-constexpr double kMostElements = 4e6;     // some 4 GB in the mesher; a solve takes more
-constexpr double kSuggestedParts = 25;    // of the longest side, for a --size that is missing
-constexpr double kMostOverEstimate = 10;  // nodes per estimated element: the refinement has gone astray
+constexpr double kMostElements = 4e6;   // some 4 GB in the mesher; a solve takes more
+constexpr double kSuggestedParts = 25;  // of the longest side, for a --size that is missing
+// Above so many times the estimate, and a slack for coarse surfaces, the refinement has gone astray.
+constexpr double kMostOverEstimate = 10;
+constexpr double kSlackElements = 2e4;
+constexpr double kElementsPerNode = 4;  // in a coarse mesh; 5 to 6 in a fine one
 
 struct MeshArguments {
   std::filesystem::path in;
@@ -124,7 +127,8 @@ void run_mesh(const MeshArguments& arguments) {
   fmt::print("meshing    about {:.2g} tetrahedra, edges of {:g} at the surface\n", num_elements,
              arguments.size);
   std::fflush(stdout);
-  const auto most_nodes = static_cast<std::size_t>(kMostOverEstimate * (num_elements + 1000));
+  const double most_elements = std::min(kMostOverEstimate * num_elements + kSlackElements, kMostElements);
+  const auto most_nodes = static_cast<std::size_t>(most_elements / kElementsPerNode);
   const FilledSolid solid = fill_solid(closed, sizes, most_nodes, file);
   write_mesh(solid.mesh, {}, arguments.out);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;

@@ -14,6 +14,8 @@
 #include <CGAL/perturb_mesh_3.h>
 #include <CGAL/refine_mesh_3.h>
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
@@ -218,8 +220,9 @@ void refine(const SizeField& sizes, std::size_t most_nodes, bool has_features, c
                       parameters::no_reset_c3t3());
   if (error != CGAL::CGAL_MESH_3_NO_ERROR)
     throw InputError({file, 0},
-                     "needs many more elements than its volume, for it has thin walls or sharp "
-                     "folds; smooth the surface, or take a smaller --size");
+                     fmt::format("needs more than {} nodes, for it has thin walls or sharp folds; smooth the "
+                                 "surface, or take another --size",
+                                 most_nodes));
 }
 
 // Copies the tetrahedra, and the nodes that they use, in the order of the triangulation.
