@@ -296,20 +296,12 @@ double largest_distance(const SurfaceTriangles& from, const SurfaceTriangles& to
   return std::sqrt(square);
 }
 
-// CGAL's own errors. Their text has several lines.
-[[noreturn]] void refuse(const CGAL::Failure_exception& error, const std::string& file) {
-  throw InputError({file, 0}, "cannot be meshed (CGAL: " + error.message() +
-                                  "); remesh the surface, for instance in MeshLab, or change --size");
-}
-
 }  // namespace solid_fill
 
 FilledSolid fill_solid(const ClosedSurface& closed, const SizeField& sizes, std::size_t most_nodes,
-                       const std::string& file) try {
+                       const std::string& file) {
   using namespace solid_fill;
   CGAL::get_default_random() = CGAL::Random(0);  // else seeded by the clock
-  CGAL::set_error_handler(
-      [](const char*, const char*, const char*, int, const char*) {});  // would print, too
   FilledSolid solid;
   Polyhedron surface = polyhedron_of(closed.surface);
   solid.sharp_length = mark_sharp_edges(closed.area, sizes.size(), surface);
@@ -329,8 +321,6 @@ FilledSolid fill_solid(const ClosedSurface& closed, const SizeField& sizes, std:
   solid.deviation =
       std::max(largest_distance(outer, closed.surface), largest_distance(closed.surface, outer));
   return solid;
-} catch (const CGAL::Failure_exception& error) {
-  solid_fill::refuse(error, file);
 }
 
 }  // namespace palpate
