@@ -21,9 +21,10 @@ void run_mesher(char** arguments) {
   const std::filesystem::path mesher =
       std::filesystem::read_symlink("/proc/self/exe").replace_filename("palpate_mesher");
   execv(mesher.c_str(), arguments);
-  const std::string reason = std::generic_category().message(errno);
-  throw std::runtime_error("palpate mesh: cannot run " + mesher.string() + " (" + reason +
-                           "); install libcgal-dev and build again");
+  const int reason = errno;
+  throw std::runtime_error(
+      "palpate mesh: cannot run " + mesher.string() + " (" + std::generic_category().message(reason) + ")" +
+      (reason == ENOENT ? "; install libcgal-dev, and build again with PALPATE_MESHER=ON" : ""));
 }
 
 }  // namespace palpate

@@ -30,19 +30,10 @@ constexpr std::array kFormats = {
     MeshFormat{"TetGen", ".node .ele", read_tetgen_files, write_tetgen},
     MeshFormat{"VTK", ".vtk", read_file<read_vtk>, write_vtk},
     MeshFormat{"VTU", ".vtu", read_file<read_vtu>, write_vtu},
-    MeshFormat{"STL", ".stl", read_file<read_stl>, write_stl},
-    MeshFormat{"OBJ", ".obj", read_file<read_obj>, write_obj},
-    MeshFormat{"PLY", ".ply", read_file<read_ply>, write_ply},
+    MeshFormat{"STL", ".stl", read_file<read_stl>, write_stl, true},
+    MeshFormat{"OBJ", ".obj", read_file<read_obj>, write_obj, true},
+    MeshFormat{"PLY", ".ply", read_file<read_ply>, write_ply, true},
 };
-
-const MeshFormat* find_format(const std::filesystem::path& file) {
-  const std::string extension = lower_case(file.extension().string());
-  for (const MeshFormat& format : mesh_formats()) {
-    const std::string all = std::string(format.extensions) + " ";
-    if (!extension.empty() && all.find(extension + " ") != std::string::npos) return &format;
-  }
-  return nullptr;
-}
 
 std::string known_extensions(bool for_writing) {
   std::string all;
@@ -57,6 +48,15 @@ std::string known_extensions(bool for_writing) {
 
 std::span<const MeshFormat> mesh_formats() {
   return kFormats;
+}
+
+const MeshFormat* find_format(const std::filesystem::path& file) {
+  const std::string extension = lower_case(file.extension().string());
+  for (const MeshFormat& format : mesh_formats()) {
+    const std::string all = std::string(format.extensions) + " ";
+    if (!extension.empty() && all.find(extension + " ") != std::string::npos) return &format;
+  }
+  return nullptr;
 }
 
 MeshData read_mesh(const std::filesystem::path& file) {

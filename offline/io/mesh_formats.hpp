@@ -22,9 +22,13 @@ struct MeshFormat {
   MeshData (*read)(const std::filesystem::path& file);
   // Null where the format is only read.
   void (*write)(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file);
+  bool is_surface = false;  // holds triangles alone
 };
 
 std::span<const MeshFormat> mesh_formats();
+
+// The format by the ending of a file's name, in letters of either case; null where none has the ending.
+const MeshFormat* find_format(const std::filesystem::path& file);
 
 // Reads a mesh by the ending of its name. Throws InputError, one line with file, line and remedy.
 MeshData read_mesh(const std::filesystem::path& file);

@@ -1,11 +1,12 @@
 // palpate_mesher: fills a closed surface with tetrahedra. `palpate mesh` runs it.
+#include <CGAL/assertions_behaviour.h>
+#include <CGAL/exceptions.h>
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -25,9 +26,12 @@
 namespace palpate {
 namespace {
 
-constexpr double kMostElements = 4e6;     // some 4 GB in the mesher; a solve takes more
-constexpr double kSuggestedParts = 25;    // of the longest side, for a --size that is missing
-constexpr double kMostOverEstimate = 10;  // nodes per estimated element: the refinement has gone astray
+constexpr double kMostElements = 4e6;   // some 4 GB in the mesher; a solve takes more
+constexpr double kSuggestedParts = 25;  // of the longest side, for a --size that is missing
+// Above so many times the estimate, and a slack for coarse surfaces, the refinement has gone astray.
+constexpr double kMostOverEstimate = 10;
+constexpr double kSlackElements = 2e4;
+constexpr double kElementsPerNode = 4;  // in a coarse mesh; 5 to 6 in a fine one
 
 struct MeshArguments {
   std::filesystem::path in;
@@ -38,22 +42,17 @@ struct MeshArguments {
 
 // Tests the ending of OUT before long work.
 void check_solid_format(const std::filesystem::path& out) {
+  const auto takes_solids = [](const MeshFormat& format) {
+    return format.write != nullptr && !format.is_surface;
+  };
+  const MeshFormat* chosen = find_format(out);
+  if (chosen != nullptr && takes_solids(*chosen)) return;
   std::string known;
-  const std::string ending = out.extension().string() + " ";
   for (const MeshFormat& format : mesh_formats()) {
-    const std::string name = format.name;
-    if (format.write == nullptr || name == "STL" || name == "OBJ" || name == "PLY") continue;
-    if (ending != " " && (std::string(format.extensions) + " ").find(ending) != std::string::npos) return;
-    known += (known.empty() ? "" : " ") + std::string(format.extensions);
+    if (takes_solids(format)) known += (known.empty() ? "" : " ") + std::string(format.extensions);
   }
   throw std::runtime_error(out.string() + ": no tetrahedra are written with this ending; name one of " +
                            known);
-}
-
-Eigen::Vector3d sides_of(const SurfaceTriangles& surface) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& position : surface.positions) box.extend(position);
-  return box.sizes();
 }
 
 void check_size(double size, const Eigen::Vector3d& sides, const std::string& file) {
@@ -64,12 +63,32 @@ void check_size(double size, const Eigen::Vector3d& sides, const std::string& fi
       file, sides[0], sides[1], sides[2], sides.maxCoeff() / kSuggestedParts));
 }
 
-void check_number(double num_elements, double size) {
+// The least --size that leaves the number of elements below the limit, beside `num_refined` of the places.
+double least_size(double size, double longest, double num_refined, const ClosedSurface& closed) {
+  const auto is_enough = [&](double candidate) {
+    const double num_plain = SizeField(candidate, {}, {}).num_elements(closed.area, closed.volume);
+    return num_plain + num_refined <= kMostElements;
+  };
+  double least = std::max(size, 1e-6 * longest);
+  while (!is_enough(least)) least *= 1.05;
+  return 1.05 * least;  // as the message rounds
+}
+
+void check_number(const SizeField& sizes, double longest, const ClosedSurface& closed) {
+  const double num_elements = sizes.num_elements(closed.area, closed.volume);
   if (num_elements <= kMostElements) return;
+  const double num_plain = SizeField(sizes.size(), {}, {}).num_elements(closed.area, closed.volume);
+  const double num_refined = num_elements - num_plain;
+  if (num_plain <= kMostElements && num_refined > std::min(num_plain, kMostElements / 2))
+    throw std::runtime_error(fmt::format(
+        "--refine adds about {:.2g} tetrahedra to {:.2g}, and {:.2g} is the most; make its size larger, or "
+        "its radius or set smaller",
+        num_refined, num_plain, kMostElements));
+  const double beside = std::min(kMostElements / 2, num_refined);  // also where that is infinite, or NaN
   throw std::runtime_error(fmt::format(
-      "--size {:g} gives about {:.2g} tetrahedra, more than {:.2g}; take {:.2g} or more, or refine "
-      "smaller places",
-      size, num_elements, kMostElements, 1.05 * size * std::cbrt(num_elements / kMostElements)));
+      "--size {:g} gives about {:.2g} tetrahedra, more than {:.2g}; take {:.2g} or more, and --refine for "
+      "small places",
+      sizes.size(), num_elements, kMostElements, least_size(sizes.size(), longest, beside, closed)));
 }
 
 void print_remarks(const std::vector<std::string>& remarks) {
@@ -98,7 +117,16 @@ void print_result(const FilledSolid& solid, const ClosedSurface& closed, const M
   fmt::print("\nNext:\n  palpate new {}\n", arguments.out.string());
 }
 
-void run_mesh(const MeshArguments& arguments) {
+// CGAL's own errors in one line; what() has several.
+[[noreturn]] void refuse(const CGAL::Failure_exception& error, const std::string& file) {
+  const std::string reason = error.message().empty() ? "" : " (CGAL: " + error.message() + ")";
+  throw InputError({file, 0}, "cannot be meshed" + reason +
+                                  "; remesh the surface, for instance in MeshLab, or change --size");
+}
+
+void run_mesh(const MeshArguments& arguments) try {
+  CGAL::set_error_handler(
+      [](const char*, const char*, const char*, int, const char*) {});  // else prints before it throws
   const auto start = std::chrono::steady_clock::now();
   check_keeps_inputs(arguments.out, {arguments.in});
   check_solid_format(arguments.out);
@@ -107,12 +135,12 @@ void run_mesh(const MeshArguments& arguments) {
   for (const std::string& note : input.notes) fmt::print(stderr, "{}\n", note);
   const std::string file = arguments.in.string();
   RepairedSurface repaired = repair_surface(surface_triangles(input, arguments.in), file);
-  const Eigen::Vector3d sides = sides_of(repaired.surface);
+  const Eigen::Vector3d sides = box_of(repaired.surface).sizes();
   check_size(arguments.size, sides, file);
   const SizeField sizes(arguments.size, arguments.refinements, input);
   const ClosedSurface closed = close_surface(repaired.surface, arguments.size, file);
   const double num_elements = sizes.num_elements(closed.area, closed.volume);
-  check_number(num_elements, arguments.size);
+  check_number(sizes, sides.maxCoeff(), closed);
 
   fmt::print("surface    {}: {} triangles, {:.4g} x {:.4g} x {:.4g}\n", file, closed.surface.triangles.size(),
              sides[0], sides[1], sides[2]);
@@ -124,11 +152,14 @@ void run_mesh(const MeshArguments& arguments) {
   fmt::print("meshing    about {:.2g} tetrahedra, edges of {:g} at the surface\n", num_elements,
              arguments.size);
   std::fflush(stdout);
-  const auto most_nodes = static_cast<std::size_t>(kMostOverEstimate * (num_elements + 1000));
+  const double most_elements = std::min(kMostOverEstimate * num_elements + kSlackElements, kMostElements);
+  const auto most_nodes = static_cast<std::size_t>(most_elements / kElementsPerNode);
   const FilledSolid solid = fill_solid(closed, sizes, most_nodes, file);
   write_mesh(solid.mesh, {}, arguments.out);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   print_result(solid, closed, arguments, took.count());
+} catch (const CGAL::Failure_exception& error) {
+  refuse(error, arguments.in.string());
 }
 
 int run(int argc, char** argv) {

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include "offline/mesh/nearest_name.hpp"
 #include "offline/mesh/text_number.hpp"
@@ -46,35 +48,85 @@ const std::vector<int>* find_set(const Sets& sets, const std::string& name) {
   return nullptr;
 }
 
-// Adds points of a triangle, not further apart than `spacing`.
-void add_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
-                  double spacing, std::vector<Eigen::Vector3d>& points) {
-  constexpr double kMostParts = 1000;
-  const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-  const int parts = static_cast<int>(std::clamp(std::ceil(longest / spacing), 1.0, kMostParts));
-  for (int i = 0; i <= parts; ++i) {
-    for (int j = 0; j <= parts - i; ++j)
-      points.emplace_back(a + (b - a) * (double(i) / parts) + (c - a) * (double(j) / parts));
+// Keeps a point in each cell of a grid, so that a set costs as many points as it needs.
+class PointGrid {
+ public:
+  // `text`: of --refine, for the message where the set takes too many points.
+  PointGrid(double spacing, const std::string& text) : spacing_(spacing), text_(text) {}
+
+  void add(const Eigen::Vector3d& point) {
+    const Eigen::Vector3d cell = (point / spacing_).array().floor();
+    cells_.try_emplace({cell[0], cell[1], cell[2]}, point);
+    if (cells_.size() > kMostPoints) refuse_points();
   }
+
+  // Adds points of a triangle, not further apart than the spacing.
+  void add_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+    const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+    if (longest > kMostParts * spacing_) refuse_points();
+    const int parts = static_cast<int>(std::max(std::ceil(longest / spacing_), 1.0));
+    for (int i = 0; i <= parts; ++i) {
+      for (int j = 0; j <= parts - i; ++j)
+        add(a + (b - a) * (double(i) / parts) + (c - a) * (double(j) / parts));
+    }
+  }
+
+  std::vector<Eigen::Vector3d> points() const {
+    std::vector<Eigen::Vector3d> kept;
+    kept.reserve(cells_.size());
+    for (const auto& [cell, point] : cells_) kept.push_back(point);
+    return kept;
+  }
+
+ private:
+  static constexpr std::size_t kMostPoints = 500'000;  // some millions of elements
+  static constexpr double kMostParts = 2000;           // of a triangle's longest edge
+
+  [[noreturn]] void refuse_points() const {
+    refuse(text_, "takes more elements than the mesher makes; give the set a larger size");
+  }
+
+  double spacing_;
+  std::string text_;
+  std::map<std::array<double, 3>, Eigen::Vector3d> cells_;
+};
+
+// The square of the distance from `point` to the nearest of a place's points, or `limit` where none is nearer.
+double nearest_square(const RefinedPlace& place, const Eigen::Vector3d& point, double limit) {
+  const auto at = [](const auto& list, int index) { return list[static_cast<std::size_t>(index)]; };
+  const auto& branches = place.tree.branches();
+  std::array<int, 64> open{};  // halving keeps the depth below 32
+  std::size_t num_open = 1;
+  while (num_open > 0) {
+    const BoxTree::Branch& branch = branches[static_cast<std::size_t>(open[--num_open])];
+    if (branch.box.squaredExteriorDistance(point) >= limit) continue;
+    if (branch.left < 0) {
+      for (int i = branch.begin; i < branch.end; ++i)
+        limit = std::min(limit, (point - at(place.points, at(place.tree.items(), i))).squaredNorm());
+      continue;
+    }
+    int nearer = branch.left, other = branch.right;
+    const auto distance = [&](int child) {
+      return branches[static_cast<std::size_t>(child)].box.squaredExteriorDistance(point);
+    };
+    if (distance(other) < distance(nearer)) std::swap(nearer, other);
+    open[num_open++] = other;
+    open[num_open++] = nearer;
+  }
+  return limit;
 }
 
-// Keeps a point in each cell of a grid, so that a set costs as many points as it needs.
-std::vector<Eigen::Vector3d> thinned(const std::vector<Eigen::Vector3d>& points, double spacing) {
-  std::map<std::array<double, 3>, Eigen::Vector3d> cells;
-  for (const Eigen::Vector3d& point : points) {
-    const Eigen::Vector3d cell = (point / spacing).array().floor();
-    cells.try_emplace({cell[0], cell[1], cell[2]}, point);
-  }
-  std::vector<Eigen::Vector3d> kept;
-  kept.reserve(cells.size());
-  for (const auto& [cell, point] : cells) kept.push_back(point);
-  return kept;
+RefinedPlace place_about(std::vector<Eigen::Vector3d> points, double radius, double size) {
+  std::vector<Box> boxes;
+  boxes.reserve(points.size());
+  for (const Eigen::Vector3d& point : points) boxes.emplace_back(point);
+  return {std::move(points), radius, size, BoxTree(boxes)};
 }
 
 RefinedPlace place_of_set(const MeshData& mesh, const std::string& name, double size,
                           const std::string& text) {
   const auto position = [&](int node) { return mesh.positions[static_cast<std::size_t>(node)]; };
-  std::vector<Eigen::Vector3d> points;
+  PointGrid grid(size, text);
   const std::vector<int>* nodes = find_set(mesh.node_sets, name);
   const std::vector<int>* cells = find_set(mesh.element_sets, name);
   if (nodes == nullptr && cells == nullptr) {
@@ -86,19 +138,19 @@ RefinedPlace place_of_set(const MeshData& mesh, const std::string& name, double 
                did_you_mean(name, names, "; give \"x,y,z,r: size\", or \"SET: size\" with one of its sets"));
   }
   if (nodes != nullptr) {
-    for (const int node : *nodes) points.push_back(position(node));
+    for (const int node : *nodes) grid.add(position(node));
   }
   if (cells != nullptr) {
     for (const int index : *cells) {
       const MeshCell& cell = mesh.cells[static_cast<std::size_t>(index)];
-      for (int i = 0; i < cell.num_nodes; ++i)
-        points.push_back(position(cell.nodes[static_cast<std::size_t>(i)]));
+      for (int i = 0; i < cell.num_nodes; ++i) grid.add(position(cell.nodes[static_cast<std::size_t>(i)]));
       if (cell.kind == CellKind::triangle)
-        add_triangle(position(cell.nodes[0]), position(cell.nodes[1]), position(cell.nodes[2]), size, points);
+        grid.add_triangle(position(cell.nodes[0]), position(cell.nodes[1]), position(cell.nodes[2]));
     }
   }
+  std::vector<Eigen::Vector3d> points = grid.points();
   if (points.empty()) refuse(text, "the set is empty; name another");
-  return {thinned(points, size), size, size};
+  return place_about(std::move(points), size, size);
 }
 
 RefinedPlace parse_place(const std::string& text, double largest, const MeshData& mesh) {
@@ -113,7 +165,7 @@ RefinedPlace parse_place(const std::string& text, double largest, const MeshData
   if (!numbers || name.empty()) return place_of_set(mesh, name, *size, text);
   if (numbers->size() != 4 || (*numbers)[3] < 0)
     refuse(text, "takes four numbers before the ':', x,y,z and a radius; correct it");
-  return {{Eigen::Vector3d((*numbers)[0], (*numbers)[1], (*numbers)[2])}, (*numbers)[3], *size};
+  return place_about({Eigen::Vector3d((*numbers)[0], (*numbers)[1], (*numbers)[2])}, (*numbers)[3], *size);
 }
 
 }  // namespace
@@ -126,10 +178,11 @@ SizeField::SizeField(double size, const std::vector<std::string>& refinements, c
 double SizeField::at_surface(const Eigen::Vector3d& point) const {
   double edge = size_;
   for (const RefinedPlace& place : places_) {
-    double square = INFINITY;
-    for (const Eigen::Vector3d& other : place.points)
-      square = std::min(square, (point - other).squaredNorm());
-    edge = std::min(edge, place.size + kGrowth * std::max(0.0, std::sqrt(square) - place.radius));
+    if (place.size >= edge) continue;
+    const double reach =
+        place.radius + (edge - place.size) / kGrowth;  // a place further away changes nothing
+    const double distance = std::sqrt(nearest_square(place, point, reach * reach));
+    edge = std::min(edge, place.size + kGrowth * std::max(0.0, distance - place.radius));
   }
   return edge;
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "offline/io/mesh_data.hpp"
+#include "offline/mesh/box_tree.hpp"
 
 namespace palpate {
 
@@ -22,6 +23,7 @@ struct RefinedPlace {
   std::vector<Eigen::Vector3d> points;  // about a set: one in each cell of a grid of `size`
   double radius = 0;
   double size = 0;
+  BoxTree tree;  // of the points
 };
 
 class SizeField {

@@ -14,6 +14,8 @@
 #include <CGAL/perturb_mesh_3.h>
 #include <CGAL/refine_mesh_3.h>
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
@@ -218,8 +220,9 @@ void refine(const SizeField& sizes, std::size_t most_nodes, bool has_features, c
                       parameters::no_reset_c3t3());
   if (error != CGAL::CGAL_MESH_3_NO_ERROR)
     throw InputError({file, 0},
-                     "needs many more elements than its volume, for it has thin walls or sharp "
-                     "folds; smooth the surface, or take a smaller --size");
+                     fmt::format("needs more than {} nodes, for it has thin walls or sharp folds; smooth the "
+                                 "surface, or take another --size",
+                                 most_nodes));
 }
 
 // Copies the tetrahedra, and the nodes that they use, in the order of the triangulation.
@@ -293,20 +296,12 @@ double largest_distance(const SurfaceTriangles& from, const SurfaceTriangles& to
   return std::sqrt(square);
 }
 
-// CGAL's own errors. Their text has several lines.
-[[noreturn]] void refuse(const CGAL::Failure_exception& error, const std::string& file) {
-  throw InputError({file, 0}, "cannot be meshed (CGAL: " + error.message() +
-                                  "); remesh the surface, for instance in MeshLab, or change --size");
-}
-
 }  // namespace solid_fill
 
 FilledSolid fill_solid(const ClosedSurface& closed, const SizeField& sizes, std::size_t most_nodes,
-                       const std::string& file) try {
+                       const std::string& file) {
   using namespace solid_fill;
   CGAL::get_default_random() = CGAL::Random(0);  // else seeded by the clock
-  CGAL::set_error_handler(
-      [](const char*, const char*, const char*, int, const char*) {});  // would print, too
   FilledSolid solid;
   Polyhedron surface = polyhedron_of(closed.surface);
   solid.sharp_length = mark_sharp_edges(closed.area, sizes.size(), surface);
@@ -326,8 +321,6 @@ FilledSolid fill_solid(const ClosedSurface& closed, const SizeField& sizes, std:
   solid.deviation =
       std::max(largest_distance(outer, closed.surface), largest_distance(closed.surface, outer));
   return solid;
-} catch (const CGAL::Failure_exception& error) {
-  solid_fill::refuse(error, file);
 }
 
 }  // namespace palpate

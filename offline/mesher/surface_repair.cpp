@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -24,12 +23,6 @@ struct Side {
   bool is_forward = false;  // the triangle runs along the edge from the lower node to the higher
 };
 using EdgeSides = std::map<Edge, std::vector<Side>>;
-
-Eigen::AlignedBox3d box_of(const SurfaceTriangles& surface) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& position : surface.positions) box.extend(position);
-  return box;
-}
 
 void check_not_flat(const Eigen::AlignedBox3d& box, const std::string& file) {
   Eigen::Index axis = 0;
@@ -175,6 +168,12 @@ void drop_unused(SurfaceTriangles& surface) {
 
 std::string place_text(const Eigen::Vector3d& point) {
   return fmt::format("({:.5g} {:.5g} {:.5g})", point[0], point[1], point[2]);
+}
+
+Eigen::AlignedBox3d box_of(const SurfaceTriangles& surface) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& position : surface.positions) box.extend(position);
+  return box;
 }
 
 RepairedSurface repair_surface(SurfaceTriangles surface, const std::string& file) {

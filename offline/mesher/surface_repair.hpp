@@ -2,6 +2,7 @@
 // all triangles of a part turned the same way.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ struct RepairedSurface {
 // once; two that face each other, an inner wall, both go. Throws InputError where the surface is flat, has an
 // edge with three or more triangles, or is one-sided. `file`: for messages. Cost: O(n log n).
 RepairedSurface repair_surface(SurfaceTriangles surface, const std::string& file);
+
+Eigen::AlignedBox3d box_of(const SurfaceTriangles& surface);
 
 // "(1.5 0 -3)", for messages.
 std::string place_text(const Eigen::Vector3d& point);

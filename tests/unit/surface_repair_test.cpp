@@ -151,6 +151,7 @@ TEST(SizeField, KnowsSetsOfPointsAndTriangles) {
       EXPECT_LE(on_top.at_surface({x, y, 1}), 0.1 + 1e-12) << x << " " << y;
   }
   EXPECT_NEAR(on_top.at_surface({0.5, 0.5, 0}), 0.5, 0.05);
+  EXPECT_NEAR(on_top.at_surface({0.5, 0.5, 0.5}), 0.1 + kGrowth * 0.4, 0.01);
 }
 
 TEST(SizeField, RefusesTextsThatSayNothing) {
@@ -169,6 +170,9 @@ TEST(SizeField, RefusesTextsThatSayNothing) {
   EXPECT_EQ(says("1,2,3,4: 2"),
             "--refine '1,2,3,4: 2': is coarser than --size 0.5; places can only be finer");
   EXPECT_EQ(says("PROBES: 0.1"), "--refine 'PROBES: 0.1': is no set of the mesh; did you mean PROBE?");
+  const char* const kTooFine = "takes more elements than the mesher makes; give the set a larger size";
+  EXPECT_EQ(says("top: 0.001"), "--refine 'top: 0.001': " + std::string(kTooFine));  // too many points
+  EXPECT_EQ(says("top: 1e-9"), "--refine 'top: 1e-9': " + std::string(kTooFine));    // too long an edge
 }
 
 // A cube of edge 100: the core below the layers, 7.75e5 large, holds 7.75e5 / (0.13 2.5^3) elements.
