@@ -83,7 +83,9 @@ void add_cost(const CheckArguments& arguments, OrganFile organ, CheckReport& rep
   try {
     std::vector<int> sites;
     if (!arguments.probe.empty()) sites = touchable_nodes(organ.model, arguments.probe);
-    report.cost = estimate_cost(default_scene(organ.model, std::move(sites)), organ.model);
+    const Scene scene = default_scene(organ.model, std::move(sites));
+    if (scene.sites.empty()) throw std::runtime_error(kNothingFree);
+    report.cost = estimate_cost(scene, organ.model);
   } catch (const std::runtime_error& error) {
     report.cost_of = error.what();
   }

@@ -64,8 +64,10 @@ void print_parts(const CheckReport& report) {
       "parts      {}{}\n", check.parts.size(),
       check.parts.size() > 1 ? ": each needs supports of its own, unless they are meant to be joined" : "");
   fmt::print("held       {} nodes by {}\n", check.num_held_nodes,
-             report.held_by.empty() ? "nothing; `palpate new` holds the lowest tenth, or the place of --fix"
-                                    : printable(report.held_by));
+             !report.held_by.empty() ? printable(report.held_by)
+             : report.model->materials.empty()
+                 ? "nothing; `palpate new` holds the lowest tenth, or the place of --fix"
+                 : "nothing; add *BOUNDARY before the first *STEP");
   size_t shown = 0;
   for (const PartCheck& part : check.parts) {
     if (check.parts.size() == 1 && part.free_motions.empty()) continue;

@@ -10,6 +10,8 @@
 #include "offline/io/finished_file.hpp"
 #include "offline/io/mesh_formats.hpp"
 #include "offline/io/mesh_split.hpp"
+#include "offline/io/surface_cells.hpp"
+#include "offline/mesh/text_number.hpp"
 
 namespace palpate {
 namespace {
@@ -30,6 +32,19 @@ void run_convert(const ConvertArguments& arguments) {
     fmt::print("split      {} cells into tetrahedra\n", cells);
   }
   write_mesh(mesh, {!arguments.text}, arguments.out);
+  const MeshFormat& format = *find_format(arguments.out);
+  if (!format.has_arrays) {
+    for (const auto* arrays : {&mesh.point_arrays, &mesh.cell_arrays}) {
+      for (const MeshArray& array : *arrays)
+        fmt::print(stderr, "{}: the array '{}' is left out; Gmsh, TetGen, VTK and VTU keep arrays\n",
+                   arguments.out.string(), printable(array.name));
+    }
+  }
+  if (format.is_surface) {
+    fmt::print("wrote      {}: {} triangles\n", arguments.out.string(),
+               surface_triangles(mesh, arguments.out).triangles.size());
+    return;
+  }
   fmt::print("wrote      {}: {} nodes, {} cells, {} node sets, {} element sets\n", arguments.out.string(),
              mesh.positions.size(), mesh.cells.size(), mesh.node_sets.size(), mesh.element_sets.size());
 }

@@ -4,10 +4,12 @@
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -35,16 +37,18 @@ struct NewArguments {
 };
 
 // Refuses an organ that a build would refuse: one line for each fault and each loose part.
-void refuse_faults(const Model& model, const OrganCheck& check) {
+void refuse_faults(const Model& model, bool is_deck, const OrganCheck& check) {
   std::string lines;
   const auto add = [&](const std::string& line) { lines += (lines.empty() ? "" : "\n") + line; };
   for (const std::string& fault : check.faults) add(fault);
   int num_loose = 0;
   for (const PartCheck& part : check.parts) {
     if (part.free_motions.empty() || ++num_loose > kMostListed) continue;
-    add(fmt::format("{}: the part with node {} ({} nodes) can still {}; hold more of it with --fix{}",
-                    model.file, part.first_node, part.num_nodes, part.free_motions.front(),
-                    check.parts.size() > 1 ? ", or drop the smaller parts with --keep largest" : ""));
+    add(fmt::format("{}: the part with node {} ({} nodes) can still {}; hold more of it with {}", model.file,
+                    part.first_node, part.num_nodes, part.free_motions.front(),
+                    is_deck                  ? "*BOUNDARY"
+                    : check.parts.size() > 1 ? "--fix, or drop the smaller parts with --keep largest"
+                                             : "--fix"));
   }
   if (num_loose > kMostListed) add(fmt::format("{}: ... and {} more", model.file, num_loose - kMostListed));
   if (!lines.empty()) throw InputError(lines);
@@ -91,6 +95,27 @@ std::string sites_text(const OrganFile& organ, const std::vector<int>& probe) {
   return list + "]";
 }
 
+// Quotes a basic string of TOML.
+std::string toml_text(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char letter : text) {
+    if (letter == '"' || letter == '\\') quoted += '\\';
+    quoted += letter;
+  }
+  return quoted + '"';
+}
+
+// Quotes a word of a shell command where it needs that.
+std::string shell_word(const std::string& text) {
+  const auto is_plain = [](unsigned char letter) {
+    return std::isalnum(letter) != 0 || std::string_view("_-+.,/:=@%").find(letter) != std::string_view::npos;
+  };
+  if (!text.empty() && std::ranges::all_of(text, is_plain)) return text;
+  std::string quoted = "'";
+  for (const char letter : text) quoted += letter == '\'' ? "'\\''" : std::string(1, letter);
+  return quoted + "'";
+}
+
 std::string scene_text(const OrganFile& organ, const NewArguments& arguments, const std::vector<int>& probe,
                        const std::string& model_name) {
   const Model& model = organ.model;
@@ -98,7 +123,7 @@ std::string scene_text(const OrganFile& organ, const NewArguments& arguments, co
   const Scene scene = default_scene(model, probe);
   return fmt::format(
       "# {0}: {1} nodes, {2} elements; {3}. Each key: docs/scene_file.md.\n"
-      "model = \"{4}\"            # path relative to this file\n{5}\n"
+      "model = {4}            # path relative to this file\n{5}\n"
       "[units]                        # what the numbers of the model and of this file mean\n"
       "length = \"{6}\"\nforce = \"{7}\"\n\n"
       "[contact]\n"
@@ -118,7 +143,7 @@ std::string scene_text(const OrganFile& organ, const NewArguments& arguments, co
       "frame_us = {13:g}                 # microseconds of one core that a haptic frame may take\n\n"
       "[models]\n",
       arguments.mesh.filename().string(), model.num_nodes(), model.elements.size(),
-      tissue_text(organ, tissue_of(arguments.tissue)), model_name,
+      tissue_text(organ, tissue_of(arguments.tissue)), toml_text(model_name),
       organ.is_deck() && model.merge_length > 0 ? fmt::format("merge = {:g}\n", model.merge_length) : "",
       units.length, units.force, sites_text(organ, probe),
       probe.empty() ? "every free node of the surface" : "the free surface nodes of --probe",
@@ -180,8 +205,9 @@ void print_tissue(const OrganFile& organ, const NewArguments& arguments) {
 // Gives a mesh the tissue and the supports. Returns where it is held.
 HeldPlace dress(OrganFile& organ, const NewArguments& arguments) {
   if (organ.has_laws)
-    throw InputError({organ.model.file, 0},
-                     "has laws, and nothing is held; hold a part of it with *BOUNDARY");
+    throw InputError(
+        {organ.model.file, 0},
+        "has laws, and nothing is held; hold a part of it with *BOUNDARY before the first *STEP");
   set_tissue(organ, tissue_of(arguments.tissue), units_of(arguments.unit));
   HeldPlace held = find_held_place(organ.model, arguments.fix);
   organ.model.node_sets[kFixedSet] = held.nodes;
@@ -217,10 +243,11 @@ void run_new(NewArguments arguments) {
     model_file = new_file(arguments, stem + (is_own ? "_organ.inp" : ".inp"));
   }
   const OrganCheck check = check_organ(organ.model, organ.model.fixed);
-  refuse_faults(organ.model, check);
+  refuse_faults(organ.model, is_deck, check);
   for (const std::string& warning : check.warnings) fmt::print(stderr, "{}\n", warning);
   std::vector<int> probe;
   if (!arguments.probe.empty()) probe = touchable_nodes(organ.model, arguments.probe);
+  if (default_scene(organ.model, probe).sites.empty()) throw InputError({organ.model.file, 0}, kNothingFree);
   if (!is_deck && !probe.empty()) organ.model.node_sets[kProbeSet] = probe;
   std::filesystem::create_directories(arguments.folder);
   if (!is_deck) write_finished_text(model_file, model_text(organ, arguments, units_of(arguments.unit)));
@@ -233,8 +260,8 @@ void run_new(NewArguments arguments) {
                                held.guessed_percent)
                  : "");
   fmt::print("wrote      {}{}\n\nNext:\n", is_deck ? "" : model_file.string() + " and ", scene.string());
-  const std::string pack = (arguments.folder / (stem + ".pack")).string();
-  fmt::print("  palpate build {} -o {}\n  palpate validate {}\n", scene.string(), pack, pack);
+  const std::string pack = shell_word((arguments.folder / (stem + ".pack")).string());
+  fmt::print("  palpate build {} -o {}\n  palpate validate {}\n", shell_word(scene.string()), pack, pack);
 }
 
 std::vector<std::string> tissue_names() {

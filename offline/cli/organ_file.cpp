@@ -1,6 +1,9 @@
 #include "offline/cli/organ_file.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -37,8 +40,13 @@ OrganFile read_deck(const std::filesystem::path& file, double merge_length) {
   Model deck;
   try {
     deck = read_inp_unchecked(file, merge_length);
-    organ.has_laws = std::all_of(deck.elements.begin(), deck.elements.end(),
-                                 [](const Tetrahedron& element) { return element.material >= 0; });
+    const auto num_bare = std::count_if(deck.elements.begin(), deck.elements.end(),
+                                        [](const Tetrahedron& element) { return element.material < 0; });
+    organ.has_laws = num_bare == 0;
+    if (num_bare > 0 && num_bare < std::ssize(deck.elements))
+      throw InputError({deck.file, 0},
+                       fmt::format("{} of {} elements have no *SOLID SECTION; add one for them", num_bare,
+                                   deck.elements.size()));
     // A build takes such a file as it is, so that nothing of it can be mended here.
     if (organ.has_laws) check_elements(deck, whole_file_origin(deck));
   } catch (const InputError& error) {

@@ -48,7 +48,11 @@ std::vector<PrescribedDisplacement> held_dofs(const std::vector<int>& nodes);
 // The free surface nodes of a place. Throws std::runtime_error where there are none.
 std::vector<int> touchable_nodes(const Model& model, const std::string& place);
 
-// The scene that `palpate new` writes, in memory. `sites`: empty: every free surface node.
+inline constexpr const char* kNothingFree =
+    "every node of the surface is held, so that no tool can touch it; hold fewer with --fix";
+
+// The scene that `palpate new` writes, in memory. `sites`: empty: every free surface node, of which there may
+// be none.
 Scene default_scene(const Model& model, std::vector<int> sites);
 
 }  // namespace palpate

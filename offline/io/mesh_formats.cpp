@@ -25,11 +25,11 @@ MeshData read_tetgen_files(const std::filesystem::path& file) {
 
 constexpr std::array kFormats = {
     MeshFormat{"Abaqus", ".inp", read_inp_mesh_file, write_inp_mesh},
-    MeshFormat{"Gmsh", ".msh .msh1 .msh2 .msh4", read_file<read_gmsh>, write_gmsh},
+    MeshFormat{"Gmsh", ".msh .msh1 .msh2 .msh4", read_file<read_gmsh>, write_gmsh, false, true},
     MeshFormat{"Medit", ".mesh", read_file<read_medit>, write_medit},
-    MeshFormat{"TetGen", ".node .ele", read_tetgen_files, write_tetgen},
-    MeshFormat{"VTK", ".vtk", read_file<read_vtk>, write_vtk},
-    MeshFormat{"VTU", ".vtu", read_file<read_vtu>, write_vtu},
+    MeshFormat{"TetGen", ".node .ele", read_tetgen_files, write_tetgen, false, true},
+    MeshFormat{"VTK", ".vtk", read_file<read_vtk>, write_vtk, false, true},
+    MeshFormat{"VTU", ".vtu", read_file<read_vtu>, write_vtu, false, true},
     MeshFormat{"STL", ".stl", read_file<read_stl>, write_stl, true},
     MeshFormat{"OBJ", ".obj", read_file<read_obj>, write_obj, true},
     MeshFormat{"PLY", ".ply", read_file<read_ply>, write_ply, true},

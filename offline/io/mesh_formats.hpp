@@ -23,6 +23,7 @@ struct MeshFormat {
   // Null where the format is only read.
   void (*write)(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file);
   bool is_surface = false;  // holds triangles alone
+  bool has_arrays = false;  // holds arrays of points and cells
 };
 
 std::span<const MeshFormat> mesh_formats();

@@ -30,12 +30,13 @@ void check_kinds(const MeshData& mesh, Model& model) {
   std::map<CellKind, size_t> counts;
   for (const MeshCell& cell : mesh.cells) ++counts[cell.kind];
   const SourceLine whole = {mesh.file, 0};
+  const size_t others = counts[CellKind::hexahedron] + counts[CellKind::wedge] + counts[CellKind::pyramid];
+  if (others > 0)
+    throw InputError(whole, fmt::format("has {} hexahedra, wedges or pyramids, which would be missing in the "
+                                        "organ; split them into tetrahedra: palpate convert --split",
+                                        others));
   if (counts[CellKind::tetrahedron] == 0) {
-    const bool is_solid =
-        counts[CellKind::hexahedron] + counts[CellKind::wedge] + counts[CellKind::pyramid] > 0;
-    throw InputError(whole, is_solid
-                                ? "has no tetrahedra; split its hexahedra and wedges: palpate convert --split"
-                            : counts[CellKind::triangle] + counts[CellKind::quadrilateral] > 0
+    throw InputError(whole, counts[CellKind::triangle] + counts[CellKind::quadrilateral] > 0
                                 ? surface_remedy(mesh)
                                 : "has no tetrahedra; export the volume mesh");
   }
