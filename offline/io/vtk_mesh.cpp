@@ -21,6 +21,10 @@ struct VtkCellType {
   bool is_linear;  // no nodes but the corners
 };
 
+// Each part of a split cell gets the values of the cell. So many repeated values of all arrays may fall to a
+// cell of the mesh, so that a small file cannot fill the memory.
+constexpr std::size_t kMostRepeated = 100;
+
 constexpr int kPixel = 8, kVoxel = 11, kQuadraticTetrahedron = 24, kLagrangeTetrahedron = 71;
 
 // The corners come first in each type. 68 and above: Lagrange and Bezier cells of any order.
@@ -172,6 +176,11 @@ void VtkMesh::add_cell_array(MeshArray array, std::size_t num_rows, int line) {
   check_rows(array.name, num_rows, num_cells_of_piece(), "cells", line);
   MeshArray kept = {array.name, array.num_components, {}};
   const auto width = static_cast<std::size_t>(array.num_components);
+  if (sources_.size() > num_rows) num_repeated_ += (sources_.size() - num_rows) * width;
+  if (num_repeated_ > kMostRepeated * mesh_.cells.size())
+    cursor_.fail_at(line, "array '" + printable(array.name) +
+                              "' has too many values to repeat them for each part of a polygon or strip; "
+                              "split these into triangles before the export");
   if (keeps_) kept.values.reserve(sources_.size() * width);
   for (const int source : sources_) {
     const auto* begin = array.values.data() + static_cast<std::size_t>(source) * width;

@@ -82,6 +82,7 @@ class VtkMesh {
   std::size_t first_point_ = 0, first_cell_ = 0;  // of the piece
   std::vector<int> sources_;                      // for each cell of the mesh in the piece: its place there
   ArrayHeads point_heads_, cell_heads_;
+  std::size_t num_repeated_ = 0;     // values of cells that were split
   std::map<int, int> num_left_out_;  // by VTK's type
   std::map<CellKind, int> num_by_corners_;
 };

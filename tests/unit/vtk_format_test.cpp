@@ -193,6 +193,21 @@ TEST(VtkFormat, PolygonalDataBecomesTriangles) {
   expect_equal_meshes(mesh, expected);
 }
 
+TEST(VtkFormat, RefusesToRepeatWideRowsForEachTriangle) {
+  const auto polygon = [](int num_components) {
+    std::string text =
+        "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 1 1 0 0 1 0\n"
+        "POLYGONS 1 5\n4 0 1 2 3\nCELL_DATA 1\nFIELD f 1\nE " +
+        std::to_string(num_components) + " 1 int\n";
+    for (int i = 0; i < num_components; ++i) text += "7 ";
+    return text + "\n";
+  };
+  EXPECT_EQ(read_bytes(kRead, polygon(200)).cell_arrays.at(0).values.size(), 400U);
+  EXPECT_EQ(refusal_of_bytes(kRead, polygon(201)),
+            "organ:10: array 'E' has too many values to repeat them for each part of a polygon or strip; "
+            "split these into triangles before the export");
+}
+
 std::string grid_of(int num_points, const std::string& cells) {
   std::string text = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS " +
                      std::to_string(num_points) + " float\n";
