@@ -110,14 +110,16 @@ bool FileCursor::has_word_in_line() {
   return !at_end() && !is_line_end(bytes_[at_]) && (comment_ == 0 || bytes_[at_] != comment_);
 }
 
-bool FileCursor::skip_past_word(std::string_view word) {
-  for (std::size_t found = bytes_.find(word, at_); found != std::string::npos;
-       found = bytes_.find(word, found + 1)) {
-    const std::size_t end = found + word.size();
-    const bool is_word =
-        (found == 0 || is_blank(bytes_[found - 1])) && (end == bytes_.size() || is_blank(bytes_[end]));
-    if (!is_word) continue;
-    pass_to(end);
+bool FileCursor::skip_past_word(std::string_view word, std::string_view other) {
+  const auto stands_at = [&](std::size_t at, std::string_view sought) {
+    const std::size_t end = at + sought.size();
+    return bytes_.substr(at).starts_with(sought) && (end == bytes_.size() || is_blank(bytes_[end]));
+  };
+  for (std::size_t found = bytes_.find(word.front(), at_); found != std::string::npos;
+       found = bytes_.find(word.front(), found + 1)) {
+    if (found > 0 && !is_blank(bytes_[found - 1])) continue;
+    if (!stands_at(found, word) && !stands_at(found, other)) continue;
+    pass_to(found + (stands_at(found, word) ? word : other).size());
     return true;
   }
   return false;

@@ -67,9 +67,9 @@ class FileCursor {
   // Passes blanks within the line. Whether a word is left in the line.
   bool has_word_in_line();
 
-  // Passes everything up to and with `word` between blanks, even binary numbers. Passes nothing and
-  // returns false where the rest of the file lacks it.
-  bool skip_past_word(std::string_view word);
+  // Passes everything up to and with the first of two words between blanks, even binary numbers. Passes
+  // nothing and returns false where the rest of the file lacks both. The words begin with one letter.
+  bool skip_past_word(std::string_view word, std::string_view other);
 
   // Returns the next word, without blanks around it. `what` names the word in the message of a failure:
   // "the file ends where <what> should be".

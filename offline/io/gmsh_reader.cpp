@@ -86,7 +86,7 @@ void GmshReader::end_section(const std::string& end) {
 }
 
 void GmshReader::skip_section(const std::string& name) {
-  if (!in_.skip_past_word("$End" + name) && !in_.skip_past_word("$END" + name))
+  if (!in_.skip_past_word("$End" + name, "$END" + name))
     in_.fail("$" + printable(name) + " has no $End" + printable(name) + "; export the file again");
   if (name == "ElementNodeData")
     draft_.add_note("line " + std::to_string(section_line_) +

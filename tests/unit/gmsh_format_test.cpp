@@ -131,6 +131,13 @@ TEST(GmshFormat, ReadsParametricNodesAndSkipsUnknownSections) {
   EXPECT_EQ(read_bytes(skipped).positions, read_bytes(kGmsh41).positions);
 }
 
+// A search for "$EndX" alone would pass the mesh, and the rest of the file for each such section.
+TEST(GmshFormat, AnUnknownSectionEndsAtTheFirstOfBothSpellings) {
+  const std::string skipped = std::string("$X\n$EndXY\n$ENDX\n") + kGmsh22 + "$X\n$EndX\n";
+  EXPECT_EQ(read_bytes(skipped).positions, read_bytes(kGmsh22).positions);
+  EXPECT_EQ(refusal_of("$X\n$EndXY\n"), "file.msh:1: $X has no $EndX; export the file again");
+}
+
 TEST(GmshFormat, ReadsTheLastTimeStepAndSaysWhatIsMissing) {
   const auto data = [](int step, const std::string& rows, int count) {
     return "$NodeData\n1\n\"p\"\n1\n0.5\n3\n" + std::to_string(step) + "\n1\n" + std::to_string(count) +
