@@ -54,7 +54,7 @@ class StlReader {
     // Some programs write titles that begin with "solid" in binary files, so the size decides first.
     if (start.size() == kHeadBytes && size == expected) {
       read_binary(num_facets);
-    } else if (trimmed(start).starts_with("solid")) {
+    } else if (start.find('\0') == std::string::npos && lower_word().starts_with("solid")) {
       read_text();
     } else if (start.size() < kHeadBytes) {
       cursor_.fail_at(0, "is no STL file, which starts with 'solid' or with 84 bytes; check its ending");

@@ -179,8 +179,18 @@ TEST(StlFormat, SolidsAreSets) {
   EXPECT_TRUE(read_bytes(kReadStl, "solid all\n" + facet + "endsolid all\n").element_sets.empty());
 }
 
+TEST(StlFormat, TextMayBeginWithBlanksAndCapitals) {
+  const std::string facets =
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
+      "0\nendloop\nendfacet\nendsolid\n";
+  EXPECT_EQ(read_bytes(kReadStl, "SOLID a\n" + facets).cells.size(), 1U);
+  EXPECT_EQ(read_bytes(kReadStl, "\n \r\n\tSolid a\n" + facets).cells.size(), 1U);
+  EXPECT_EQ(read_bytes(kReadStl, std::string(100, '\n') + "solid a\n" + facets).cells.size(), 1U);
+}
+
 TEST(StlFormat, RefusesInOneLine) {
-  const std::string bytes = from_base64(kBinaryStl);
+  std::string bytes = from_base64(kBinaryStl);
+  bytes.replace(0, 5, "SOLID");
   EXPECT_EQ(refusal_of_bytes(kReadStl, bytes.substr(0, 200)),
             "organ: has 200 bytes, where its 4 triangles take 284; copy or export it again");
   EXPECT_EQ(refusal_of_bytes(kReadStl, "v 0 0 0\n"),
