@@ -291,6 +291,7 @@ Model read_inp(const std::filesystem::path& file, const std::filesystem::path& i
 }
 
 Model read_inp_unchecked(const std::filesystem::path& file, double merge_length) {
+  Reading(file, {}, false).check();
   return Reading(file, {}).run_unchecked(merge_length);
 }
 
