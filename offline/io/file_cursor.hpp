@@ -121,8 +121,8 @@ class FileCursor {
   std::function<void(std::string_view)> read_comment_;
 };
 
-// A reader passes its files twice. The first pass looks for damage and keeps nothing, so that a damaged file
-// takes no more memory than its bytes. The second pass builds the mesh.
+// A reader passes its files twice. The first pass looks for damage and builds no mesh. It keeps only what
+// later checks need: runs of labels, ends of cells, Gmsh's entities. The second pass builds the mesh.
 enum class Pass : std::uint8_t { check, build };
 
 template <typename Reader, typename... Cursors>

@@ -95,15 +95,14 @@ void GmshReader::read_element_blocks() {
   const std::size_t total = numbers_.wide_count("the number of elements", 4, 16);
   numbers_.wide("the least number of an element");
   numbers_.wide("the largest number of an element");
+  std::ranges::sort(entities_);
   std::size_t num_read = 0;
   for (std::size_t block = 0; block < num_blocks; ++block) {
     numbers_.integer("the dimension of a block of elements");
     const int entity = numbers_.integer("the entity of a block of elements");
     const GmshType& type = type_of(numbers_.integer("the type of a block of elements"));
     const std::size_t count = numbers_.wide_count("the number of elements of a block", 4, 16);
-    const auto groups = groups_of_entity_.find({dimension(type.kind), entity});
-    read_element_block(count, type, entity,
-                       groups == groups_of_entity_.end() ? std::vector<int>() : groups->second);
+    read_element_block(count, type, entity, groups_of(dimension(type.kind), entity));
     num_read += count;
   }
   expect_total(num_read, total, "elements");

@@ -14,7 +14,9 @@
 #include "offline/io/gmsh_reader.hpp"
 #include "offline/io/mesh_formats.hpp"
 
+#include <algorithm>
 #include <array>
+#include <iterator>
 
 #include "offline/mesh/text_number.hpp"
 
@@ -153,12 +155,23 @@ void GmshReader::read_entity(int dimension, bool partitioned) {
   if (num_groups > kMostGroups)
     in_.fail("an entity is in " + std::to_string(num_groups) + " physical groups; use at most " +
              std::to_string(kMostGroups));
-  std::vector<int> groups;
-  for (std::size_t i = 0; i < num_groups; ++i) groups.push_back(numbers_.integer("a physical group"));
-  if (!groups.empty()) groups_of_entity_[{dimension, number}] = std::move(groups);
+  if (num_groups > 0)
+    entities_.push_back({dimension, number, static_cast<std::uint32_t>(groups_.size()),
+                         static_cast<std::uint32_t>(num_groups)});
+  for (std::size_t i = 0; i < num_groups; ++i) groups_.push_back(numbers_.integer("a physical group"));
   if (dimension == 0) return;
   const std::size_t num_bounds = numbers_.wide_count("the number of bounding entities", 2, 4);
   for (std::size_t i = 0; i < num_bounds; ++i) numbers_.integer("a bounding entity");
+}
+
+std::vector<int> GmshReader::groups_of(int dimension, int number) const {
+  const Entity behind_all = {dimension, number, UINT32_MAX, UINT32_MAX};
+  const auto behind = std::ranges::upper_bound(entities_, behind_all);
+  if (behind == entities_.begin()) return {};
+  const Entity& last = *std::prev(behind);  // the last of an entity that stands in the file twice
+  if (last.dimension != dimension || last.number != number) return {};
+  const auto first = groups_.begin() + last.first_group;
+  return {first, first + last.num_groups};
 }
 
 void GmshReader::read_nodes(bool parametric) {

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <cmath>
-#include <map>
+#include <compare>
+#include <cstdint>
+#include <deque>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "offline/io/file_number.hpp"
@@ -63,11 +64,20 @@ class GmshReader {
   MeshData read();
 
  private:
+  // An elementary entity, whose physical groups stand in `groups_`. A damaged file may have nothing but
+  // entities, so that they are small, and in a deque, which grows without a copy.
+  struct Entity {
+    int dimension, number;
+    std::uint32_t first_group, num_groups;
+    auto operator<=>(const Entity&) const = default;
+  };
+
   void read_section();
   void read_format();
   void read_names();
   void read_entities(bool partitioned);
   void read_entity(int dimension, bool partitioned);
+  std::vector<int> groups_of(int dimension, int number) const;  // of sorted entities
   void read_nodes(bool parametric);
   void read_node_blocks();
   void read_node_block(std::size_t count, int dimension, bool parametric);
@@ -89,8 +99,8 @@ class GmshReader {
   GmshDraft draft_;
   int version_ = 1;  // 1, 2 or 4
   int section_line_ = 0;
-  // (dimension, number) of an elementary entity -> its physical groups
-  std::map<std::pair<int, int>, std::vector<int>> groups_of_entity_;
+  std::deque<Entity> entities_;  // with groups
+  std::deque<int> groups_;       // of one entity after the other
 };
 
 }  // namespace palpate
