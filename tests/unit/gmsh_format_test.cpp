@@ -135,7 +135,7 @@ TEST(GmshFormat, ReadsParametricNodesAndSkipsUnknownSections) {
 TEST(GmshFormat, AnUnknownSectionEndsAtTheFirstOfBothSpellings) {
   const std::string skipped = std::string("$X\n$EndXY\n$ENDX\n") + kGmsh22 + "$X\n$EndX\n";
   EXPECT_EQ(read_bytes(skipped).positions, read_bytes(kGmsh22).positions);
-  EXPECT_EQ(refusal_of("$X\n$EndXY\n"), "file.msh:2: $X has no $EndX; export the file again");
+  EXPECT_EQ(refusal_of("$X\n$EndXY\n"), "file.msh:1: $X has no $EndX; export the file again");
 }
 
 TEST(GmshFormat, ReadsTheLastTimeStepAndSaysWhatIsMissing) {

@@ -204,7 +204,7 @@ TEST(VtkFormat, RefusesToRepeatWideRowsForEachTriangle) {
   };
   EXPECT_EQ(read_bytes(kRead, polygon(200)).cell_arrays.at(0).values.size(), 400U);
   EXPECT_EQ(refusal_of_bytes(kRead, polygon(201)),
-            "organ:11: array 'E' has too many values to repeat them for each part of a polygon or strip; "
+            "organ:10: array 'E' has too many values to repeat them for each part of a polygon or strip; "
             "split these into triangles before the export");
 }
 
