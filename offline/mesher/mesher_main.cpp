@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -56,10 +57,10 @@ void check_solid_format(const std::filesystem::path& out) {
 }
 
 void check_size(double size, const Eigen::Vector3d& sides, const std::string& file) {
-  if (size > 0) return;
+  if (size > 0 && std::isfinite(size)) return;
   throw std::runtime_error(fmt::format(
-      "--size is needed, the length of an edge at the surface: {} measures {:.4g} x {:.4g} x {:.4g}, so try "
-      "--size {:.2g}",
+      "--size is needed, a number above 0, the length of an edge at the surface: {} measures {:.4g} x {:.4g} "
+      "x {:.4g}, so try --size {:.2g}",
       file, sides[0], sides[1], sides[2], sides.maxCoeff() / kSuggestedParts));
 }
 
@@ -180,9 +181,7 @@ int run(int argc, char** argv) {
   app.add_option("-o,--output", arguments.out, "Mesh to write: .vtu, .vtk, .msh, .inp, ...")
       ->type_name("OUT")
       ->required();
-  app.add_option("--size", arguments.size, "Length of an edge at the surface")
-      ->type_name("S")
-      ->check(CLI::PositiveNumber);
+  app.add_option("--size", arguments.size, "Length of an edge at the surface")->type_name("S");
   app.add_option("--refine", arguments.refinements,
                  "A finer place, such as where tools touch; may be repeated")
       ->type_name("PLACE")

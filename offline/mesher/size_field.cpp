@@ -202,8 +202,9 @@ double SizeField::num_elements(double area, double volume) const {
     left -= part;
   }
   num += count(left, kCoreFactor * size_);
-  // A ball is half below the surface; a point of a set stands for a column of some elements.
-  constexpr double kColumn = 3;
+  // A ball is half below the surface. A point of a set stands for a column of elements, in cubes of the size;
+  // measured on caps of a sphere. Points far apart have more each.
+  constexpr double kColumn = 0.85;
   for (const RefinedPlace& place : places_) {
     const double part = place.points.size() == 1
                             ? 2 * std::numbers::pi / 3 * std::pow(place.radius + place.size, 3)

@@ -66,8 +66,8 @@ TEST_F(Mesher, FillsASphere) {
 TEST_F(Mesher, GivesEqualBytesEachTime) {
   filled(sphere_surface(10, 2), "3");
   const std::string first = file_text(path("solid.vtu"));
-  filled(sphere_surface(10, 2), "3");
-  EXPECT_EQ(file_text(path("solid.vtu")), first);
+  run_cleanly({"mesh", path("surface.ply"), "--size", "3", "-o", path("again.VTU")});
+  EXPECT_EQ(file_text(path("again.VTU")), first);
 }
 
 TEST_F(Mesher, KeepsCavitiesAndParts) {
@@ -153,12 +153,14 @@ TEST_F(Mesher, RefusesArgumentsWithARemedy) {
   };
   says({"-o", path("a.vtu")}, "--size is needed");
   says({"-o", path("a.vtu")}, "so try --size 0.8");
-  says({"--size", "-1", "-o", path("a.vtu")}, "--size");
+  says({"--size", "-1", "-o", path("a.vtu")}, "--size is needed, a number above 0");
   says({"--size", "2"}, "--output is required");
   says({"--size", "2", "-o", path("a.stl")}, "no tetrahedra are written with this ending");
-  says({"--size", "2", "-o", path("none/a.vtu")}, "none");
-  says({"--size", "2", "-o", file}, "surface.ply");
+  says({"--size", "2", "-o", path("none/a.vtu")}, "its folder does not exist");
+  says({"--size", "2", "-o", file}, "is an input of this command");
   says({"--size", "0.02", "-o", path("a.vtu")}, "tetrahedra, more than 4e+06; take 0.");
+  says({"--size", "1e-150", "-o", path("a.vtu")}, "tetrahedra, more than 4e+06; take 0.");
+  says({"--size", "2", "-o", path("a.vtu"), "--refine", "10,0,0,1: 0.002"}, "--refine adds about ");
   says({"--size", "2", "-o", path("a.vtu"), "--refine", "PROBE: 1"}, "is no set of the mesh");
 }
 
@@ -179,8 +181,12 @@ TEST(WithoutMesher, SaysHowToGetIt) {
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_EQ(
       dir.without_folder(run.output),
-      "palpate mesh: cannot run palpate_mesher (No such file or directory); install libcgal-dev and build "
-      "again\n");
+      "palpate mesh: cannot run palpate_mesher (No such file or directory); install libcgal-dev, and build "
+      "again with PALPATE_MESHER=ON\n");
+  dir.write("palpate_mesher", "");  // which may not be executed
+  EXPECT_EQ(dir.without_folder(
+                run_command(shell_word(alone.string()) + " mesh organ.stl --size 3 -o organ.vtu").output),
+            "palpate mesh: cannot run palpate_mesher (Permission denied)\n");
 }
 
 }  // namespace cli_mesh_test
