@@ -41,8 +41,9 @@ void run_convert(const ConvertArguments& arguments) {
     }
   }
   if (format.is_surface) {
-    fmt::print("wrote      {}: {} triangles\n", arguments.out.string(),
-               surface_triangles(mesh, arguments.out).triangles.size());
+    const SurfaceTriangles surface = surface_triangles(mesh, arguments.out);
+    fmt::print("wrote      {}: {} nodes, {} triangles\n", arguments.out.string(), surface.positions.size(),
+               surface.triangles.size());
     return;
   }
   fmt::print("wrote      {}: {} nodes, {} cells, {} node sets, {} element sets\n", arguments.out.string(),

@@ -47,7 +47,7 @@ class BadFiles : public ::testing::Test {
         is_surface(name) ? std::vector<std::string>{"convert", file, (dir_.path() / "out.ply").string()}
                          : std::vector<std::string>{"check", file});
     EXPECT_EQ(run.exit_code, 0) << name << ": " << run.error;
-    EXPECT_NE(run.out.find(is_surface(name) ? ": 4 nodes, 2 cells" : ": 5 nodes, 2 elements"),
+    EXPECT_NE(run.out.find(is_surface(name) ? ": 4 nodes, 2 triangles" : ": 5 nodes, 2 elements"),
               std::string::npos)
         << name << ": " << run.out;
   }
