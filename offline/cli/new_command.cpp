@@ -107,8 +107,9 @@ std::string toml_text(const std::string& text) {
 
 // Quotes a word of a shell command where it needs that.
 std::string shell_word(const std::string& text) {
-  const auto is_plain = [](unsigned char letter) {
-    return std::isalnum(letter) != 0 || std::string_view("_-+.,/:=@%").find(letter) != std::string_view::npos;
+  const auto is_plain = [](char letter) {
+    return std::isalnum(static_cast<unsigned char>(letter)) != 0 ||
+           std::string_view("_-+.,/:=@%").find(letter) != std::string_view::npos;
   };
   if (!text.empty() && std::ranges::all_of(text, is_plain)) return text;
   std::string quoted = "'";
