@@ -218,7 +218,7 @@ HeldPlace dress(OrganFile& organ, const NewArguments& arguments) {
 
 // Names the files to write, which must not exist.
 std::filesystem::path new_file(const NewArguments& arguments, const std::string& name) {
-  const std::filesystem::path file = arguments.folder / name;
+  std::filesystem::path file = arguments.folder / name;
   std::error_code error;
   if (std::filesystem::exists(file, error))
     throw std::runtime_error(file.string() + ": exists already; remove it, or name another folder with -o");
@@ -267,6 +267,7 @@ void run_new(NewArguments arguments) {
 
 std::vector<std::string> tissue_names() {
   std::vector<std::string> names;
+  names.reserve(kTissues.size());
   for (const Tissue& tissue : kTissues) names.emplace_back(tissue.name);
   return names;
 }

@@ -20,6 +20,7 @@ inline constexpr const char* kPlacesHelp =
 
 inline std::vector<std::string> unit_names() {
   std::vector<std::string> names;
+  names.reserve(kUnits.size());
   for (const Units& units : kUnits) names.emplace_back(units.length);
   return names;
 }
