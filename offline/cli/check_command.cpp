@@ -1,4 +1,5 @@
-// palpate check: what a mesh or a deck is, and what a build would say of it.
+// palpate check: prints size, parts, supports, element shapes and cost of an organ's file, and the faults that
+// stop a build.
 #include <fmt/core.h>
 
 #include <CLI/App.hpp>

@@ -28,7 +28,8 @@ struct OrganFile {
   bool is_deck() const { return has_laws && !model.fixed.empty(); }
 };
 
-// Throws InputError where the file has no tetrahedra or cannot be read. Model::warnings says what was mended.
+// Throws InputError where the file has no tetrahedra or cannot be read. Model::warnings has a line
+// for each repair.
 OrganFile read_organ(const std::filesystem::path& file, const OrganOptions& options);
 
 }  // namespace palpate

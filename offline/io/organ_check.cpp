@@ -165,7 +165,7 @@ void warn_small_patches(const Model& model, OrganCheck& check) {
       model.file, count, model.elements.size(), kFewElements - 1));
 }
 
-// Collects what a build refuses or warns of.
+// Collects the faults that stop a build, and its warnings.
 void find_faults(const Model& model, const std::vector<PrescribedDisplacement>& held, OrganCheck& check) {
   try {
     check_elements(model, whole_file_origin(model));
