@@ -20,6 +20,7 @@
 #include "offline/pipeline/pack_build.hpp"
 #include "offline/pipeline/ranks.hpp"
 #include "offline/study/frame_timing.hpp"
+#include "schemas/pack_layout.hpp"
 
 namespace palpate {
 namespace {
@@ -107,6 +108,7 @@ int run_build(const BuildArguments& arguments, Ranks& ranks) {
   std::vector<std::filesystem::path> inputs = {scene.file};
   inputs.insert(inputs.end(), model.files.begin(), model.files.end());
   check_keeps_inputs(arguments.pack, inputs);
+  check_replaces(arguments.pack, {pack::kMagic, sizeof pack::kMagic}, "a pack");
   if (ranks.is_first()) check_can_finish(arguments.pack);
   // Hashes the inputs now, because an editor may change the files during the build.
   std::vector<InputFile> input_files = read_inputs(inputs);

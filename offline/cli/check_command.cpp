@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
+#include <utility>
 
 #include "offline/cli/check_report.hpp"
 #include "offline/cli/commands.hpp"
@@ -28,15 +30,11 @@ struct CheckArguments {
   bool json = false;
 };
 
-SelectedNodes selected(const Model& model, const std::vector<int>& nodes, const std::vector<int>& held) {
-  const Surface surface = extract_surface(model);
+SelectedNodes selected(const Model& model, const std::vector<int>& nodes) {
   SelectedNodes result;
   result.num_nodes = static_cast<int>(nodes.size());
-  for (const int node : nodes) {
-    result.box.extend(model.positions[static_cast<size_t>(node)]);
-    const bool is_outer = std::binary_search(surface.nodes.begin(), surface.nodes.end(), node);
-    result.num_touchable += is_outer && !std::binary_search(held.begin(), held.end(), node) ? 1 : 0;
-  }
+  for (const int node : nodes) result.box.extend(model.positions[static_cast<size_t>(node)]);
+  result.num_touchable = static_cast<int>(touchable_nodes(model, nodes).size());
   return result;
 }
 
@@ -83,7 +81,7 @@ void add_cost(const CheckArguments& arguments, OrganFile organ, CheckReport& rep
   }
   try {
     std::vector<int> sites;
-    if (!arguments.probe.empty()) sites = touchable_nodes(organ.model, arguments.probe);
+    if (!arguments.probe.empty()) sites = probed_nodes(organ.model, arguments.probe);
     const Scene scene = default_scene(organ.model, std::move(sites));
     if (scene.sites.empty()) throw std::runtime_error(kNothingFree);
     report.cost = estimate_cost(scene, organ.model);
@@ -92,24 +90,40 @@ void add_cost(const CheckArguments& arguments, OrganFile organ, CheckReport& rep
   }
 }
 
+// Adds the warning and the faults that `palpate new` finds with the supports, or with those that it guesses.
+void find_more_faults(const OrganFile& organ, CheckReport& report) {
+  OrganCheck& check = report.check;
+  const Units& units = report.unit == nullptr ? kUnits.front() : *report.unit;
+  if (std::string warning = moduli_warning(organ, units); !warning.empty())
+    check.warnings.push_back(std::move(warning));
+  if (!check.faults.empty()) return;
+  if (organ.has_laws || !report.held_by.empty()) {
+    add_loose_parts(organ, check, check.faults);
+  } else if (const auto held = held_dofs(find_held_place(organ.model, "").nodes);
+             loose_parts(organ.model, held).empty()) {
+    if (std::string message = hinged_message(organ.model, held); !message.empty())
+      check.faults.push_back(std::move(message));
+  }
+}
+
 void run_check(const CheckArguments& arguments) {
   OrganFile organ = read_organ(arguments.file, arguments.options);
   Model& model = organ.model;
+  if (organ.is_deck() && !arguments.fix.empty()) refuse_deck_option(arguments.file.string(), "--fix");
   for (const std::string& warning : model.warnings) fmt::print(stderr, "{}\n", warning);
   CheckReport report;
   report.model = &model;
   if (!arguments.unit.empty()) report.unit = &units_of(arguments.unit);
   model.fixed = find_supports(arguments, model, report.held_by);
-  std::vector<int> held;
-  for (const PrescribedDisplacement& dof : model.fixed) held.push_back(dof.node);
-  if (!arguments.fix.empty()) report.fix = selected(model, select_nodes(model, arguments.fix, "--fix"), held);
+  if (!arguments.fix.empty()) report.fix = selected(model, select_nodes(model, arguments.fix, "--fix"));
   if (!arguments.probe.empty())
-    report.probe = selected(model, select_nodes(model, arguments.probe, "--probe"), held);
+    report.probe = selected(model, select_nodes(model, arguments.probe, "--probe"));
   report.check = check_organ(model, model.fixed);
   std::vector<std::string>& faults = report.check.faults;
   for (const std::string& fault : organ.faults) {
     if (std::find(faults.begin(), faults.end(), fault) == faults.end()) faults.push_back(fault);
   }
+  find_more_faults(organ, report);
   if (!arguments.json) print_check_text(report);  // before the solves, which large organs wait for
   add_cost(arguments, organ, report);
   if (arguments.json) {
@@ -117,6 +131,11 @@ void run_check(const CheckArguments& arguments) {
   } else {
     print_cost_text(report);
   }
+  if (!faults.empty())
+    throw std::runtime_error(fmt::format(
+        "{}: a build refuses it: {}", model.file,
+        faults.size() == 1 ? "see the line \"refused\", with the remedy"
+                           : fmt::format("see {} lines \"refused\", with remedies", faults.size())));
 }
 
 }  // namespace

@@ -25,6 +25,7 @@ struct ConvertArguments {
 
 void run_convert(const ConvertArguments& arguments) {
   check_keeps_inputs(arguments.out, {arguments.in});
+  check_replaces_mesh(arguments.out);
   MeshData mesh = read_mesh(arguments.in);
   for (const std::string& note : mesh.notes) fmt::print(stderr, "{}\n", note);
   if (arguments.split) {

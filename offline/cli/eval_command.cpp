@@ -268,6 +268,7 @@ void write_field(const OpenedPack& opened, const ContactAnswer& answer, const st
 
 int run_eval(const EvalArguments& arguments) {
   check_keeps_inputs(arguments.output, {arguments.pack, arguments.reference});
+  check_replaces(arguments.output, "node,x,y,z,", "a table of nodes");
   const OpenedPack opened(arguments.pack);
   const ContactAnswer answer = answer_contacts(opened, arguments.contacts);
   // All checks run before the first output.

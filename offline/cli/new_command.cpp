@@ -1,5 +1,6 @@
 // palpate new: a scene, and a model with a tissue and supports, for any mesh of an organ.
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
@@ -35,24 +36,6 @@ struct NewArguments {
   std::string fix;
   std::string probe;
 };
-
-// Refuses an organ that a build would refuse: one line for each fault and each loose part.
-void refuse_faults(const Model& model, bool is_deck, const OrganCheck& check) {
-  std::string lines;
-  const auto add = [&](const std::string& line) { lines += (lines.empty() ? "" : "\n") + line; };
-  for (const std::string& fault : check.faults) add(fault);
-  int num_loose = 0;
-  for (const PartCheck& part : check.parts) {
-    if (part.free_motions.empty() || ++num_loose > kMostListed) continue;
-    add(fmt::format("{}: the part with node {} ({} nodes) can still {}; hold more of it with {}", model.file,
-                    part.first_node, part.num_nodes, part.free_motions.front(),
-                    is_deck                  ? "*BOUNDARY"
-                    : check.parts.size() > 1 ? "--fix, or drop the smaller parts with --keep largest"
-                                             : "--fix"));
-  }
-  if (num_loose > kMostListed) add(fmt::format("{}: ... and {} more", model.file, num_loose - kMostListed));
-  if (!lines.empty()) throw InputError(lines);
-}
 
 // Returns the text of the laws, a section for each.
 std::string laws_text(const Model& model) {
@@ -165,11 +148,7 @@ std::string models_text(const Model& model) {
 
 // Refuses options that a model with its own laws and supports has no place for.
 void check_deck_options(const NewArguments& arguments, bool has_tissue) {
-  const auto refuse = [&](const char* option) {
-    throw std::runtime_error(fmt::format(
-        "{}: has laws and supports of its own, which {} would change; leave {} out, or edit the file",
-        arguments.mesh.string(), option, option));
-  };
+  const auto refuse = [&](const char* option) { refuse_deck_option(arguments.mesh.string(), option); };
   if (has_tissue) refuse("--tissue");
   if (!arguments.fix.empty()) refuse("--fix");
   if (arguments.options.scale != 1) refuse("--scale");
@@ -205,11 +184,10 @@ void print_tissue(const OrganFile& organ, const NewArguments& arguments) {
 
 // Gives a mesh the tissue and the supports. Returns where it is held.
 HeldPlace dress(OrganFile& organ, const NewArguments& arguments) {
-  if (organ.has_laws)
-    throw InputError(
-        {organ.model.file, 0},
-        "has laws, and nothing is held; hold a part of it with *BOUNDARY before the first *STEP");
+  if (organ.has_laws) throw InputError({organ.model.file, 0}, kNothingHeld);
   set_tissue(organ, tissue_of(arguments.tissue), units_of(arguments.unit));
+  if (const std::string warning = moduli_warning(organ, units_of(arguments.unit)); !warning.empty())
+    fmt::print(stderr, "{}\n", warning);
   HeldPlace held = find_held_place(organ.model, arguments.fix);
   organ.model.node_sets[kFixedSet] = held.nodes;
   organ.model.fixed = held_dofs(held.nodes);
@@ -244,10 +222,11 @@ void run_new(NewArguments arguments) {
     model_file = new_file(arguments, stem + (is_own ? "_organ.inp" : ".inp"));
   }
   const OrganCheck check = check_organ(organ.model, organ.model.fixed);
-  refuse_faults(organ.model, is_deck, check);
+  if (std::vector<std::string> faults = check.faults; add_loose_parts(organ, check, faults), !faults.empty())
+    throw InputError(fmt::format("{}", fmt::join(faults, "\n")));
   for (const std::string& warning : check.warnings) fmt::print(stderr, "{}\n", warning);
   std::vector<int> probe;
-  if (!arguments.probe.empty()) probe = touchable_nodes(organ.model, arguments.probe);
+  if (!arguments.probe.empty()) probe = probed_nodes(organ.model, arguments.probe);
   if (default_scene(organ.model, probe).sites.empty()) throw InputError({organ.model.file, 0}, kNothingFree);
   if (!is_deck && !probe.empty()) organ.model.node_sets[kProbeSet] = probe;
   std::filesystem::create_directories(arguments.folder);

@@ -70,6 +70,7 @@ OrganFile read_bare_mesh(const std::filesystem::path& file) {
   labels_to_sets(mesh);
   organ.model = model_from_mesh(mesh);
   organ.moduli = find_element_moduli(mesh, 1, kTissueRatio);
+  std::ranges::copy(organ.moduli.notes, std::back_inserter(organ.model.warnings));
   for (size_t i = 0; i < organ.model.elements.size(); ++i)
     organ.model.elements[i].material = organ.moduli.empty() ? -1 : organ.moduli.group_of_element[i];
   return organ;

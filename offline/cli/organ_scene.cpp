@@ -94,18 +94,57 @@ std::vector<PrescribedDisplacement> held_dofs(const std::vector<int>& nodes) {
   return held;
 }
 
-std::vector<int> touchable_nodes(const Model& model, const std::string& place) {
-  const std::vector<int> chosen = select_nodes(model, place, "--probe");
+std::vector<int> touchable_nodes(const Model& model, const std::vector<int>& nodes) {
   const Surface surface = extract_surface(model);
   std::vector<int> touched;
-  std::set_intersection(chosen.begin(), chosen.end(), surface.nodes.begin(), surface.nodes.end(),
+  std::set_intersection(nodes.begin(), nodes.end(), surface.nodes.begin(), surface.nodes.end(),
                         std::back_inserter(touched));
   const std::vector<char> is_fixed = model.fixed_nodes();
   std::erase_if(touched, [&](int node) { return is_fixed[static_cast<size_t>(node)] != 0; });
+  return touched;
+}
+
+std::vector<int> probed_nodes(const Model& model, const std::string& place) {
+  std::vector<int> touched = touchable_nodes(model, select_nodes(model, place, "--probe"));
   if (touched.empty())
     throw std::runtime_error("--probe '" + place +
                              "': holds no free node of the surface; choose a larger place");
   return touched;
+}
+
+void add_loose_parts(const OrganFile& organ, const OrganCheck& check, std::vector<std::string>& faults) {
+  const std::string& file = organ.model.file;
+  if (organ.has_laws && organ.model.fixed.empty()) {
+    faults.push_back(file + ": " + kNothingHeld);
+    return;
+  }
+  int num_loose = 0;
+  for (const PartCheck& part : check.parts) {
+    if (part.free_motions.empty() || ++num_loose > kMostListed) continue;
+    faults.push_back(fmt::format("{}: the part with node {} ({} nodes) can still {}; hold more of it with {}",
+                                 file, part.first_node, part.num_nodes, part.free_motions.front(),
+                                 organ.has_laws ? "*BOUNDARY"
+                                 : check.parts.size() > 1
+                                     ? "--fix, or drop the smaller parts with --keep largest"
+                                     : "--fix"));
+  }
+  if (num_loose > kMostListed)
+    faults.push_back(fmt::format("{}: ... and {} more", file, num_loose - kMostListed));
+}
+
+std::string moduli_warning(const OrganFile& organ, const Units& units) {
+  constexpr double kSoftest = 0.05, kStiffest = 1000;  // kPa: from lung and fat to cartilage
+  if (!organ.moduli.has_young) return {};
+  const auto [least, largest] =
+      std::ranges::minmax_element(organ.moduli.groups, {}, &ElementModuli::Group::young);
+  const double from = least->young / units.kilopascal, to = largest->young / units.kilopascal;
+  if (from < kStiffest && to > kSoftest) return {};
+  return fmt::format(
+      "{}: the array E goes from {:.4g} to {:.4g}, which in {}, the unit with lengths in {}, no soft tissue "
+      "has; if it "
+      "is in {}, multiply it by {:g}",
+      organ.model.file, least->young, largest->young, units.pressure, units.length,
+      from >= kStiffest ? "Pa" : "kPa", from >= kStiffest ? units.kilopascal / 1000 : units.kilopascal);
 }
 
 Scene default_scene(const Model& model, std::vector<int> sites) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "offline/cli/organ_file.hpp"
+#include "offline/io/organ_check.hpp"
 #include "offline/io/tissue_table.hpp"
 #include "offline/precompute/scene.hpp"
 
@@ -45,8 +46,22 @@ HeldPlace find_held_place(const Model& model, const std::string& place);
 // All axes of the nodes, sorted.
 std::vector<PrescribedDisplacement> held_dofs(const std::vector<int>& nodes);
 
-// The free surface nodes of a place. Throws std::runtime_error where there are none.
-std::vector<int> touchable_nodes(const Model& model, const std::string& place);
+// The free surface nodes among `nodes`, sorted as these.
+std::vector<int> touchable_nodes(const Model& model, const std::vector<int>& nodes);
+
+// The free surface nodes of --probe. Throws std::runtime_error where there are none.
+std::vector<int> probed_nodes(const Model& model, const std::string& place);
+
+// Appends a line with the remedy for each part of `check` that is not held, and kNothingHeld for a model with
+// laws that nothing holds: a build refuses them.
+void add_loose_parts(const OrganFile& organ, const OrganCheck& check, std::vector<std::string>& faults);
+
+// Returns a warning where no soft tissue is as stiff as the array E of the file says in the unit's pressure;
+// else empty.
+std::string moduli_warning(const OrganFile& organ, const Units& units);
+
+inline constexpr const char* kNothingHeld =
+    "has laws, and nothing is held; hold a part of it with *BOUNDARY before the first *STEP";
 
 inline constexpr const char* kNothingFree =
     "every node of the surface is held, so that no tool can touch it; hold fewer with --fix";

@@ -3,11 +3,13 @@
 
 #include <CLI/App.hpp>
 #include <filesystem>
+#include <stdexcept>
 
 #include "offline/cli/commands.hpp"
 #include "offline/cli/contact_arguments.hpp"
 #include "offline/cli/json_text.hpp"
 #include "offline/io/finished_file.hpp"
+#include "offline/mesh/text_number.hpp"
 #include "offline/output/organ_picture.hpp"
 
 namespace palpate {
@@ -34,7 +36,10 @@ std::string push_from_above(const OpenedPack& opened) {
 }
 
 int run_picture(PictureArguments arguments) {
+  if (lower_case(arguments.output.extension().string()) != ".png")
+    throw std::runtime_error(arguments.output.string() + ": pictures are PNG; name a file that ends in .png");
   check_keeps_inputs(arguments.output, {arguments.pack});
+  check_replaces(arguments.output, "\x89PNG", "a PNG");
   const OpenedPack opened(arguments.pack);
   ContactArguments& given = arguments.contacts;
   // Gravity alone is worth a picture, too.

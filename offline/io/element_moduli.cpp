@@ -16,17 +16,31 @@
 namespace palpate {
 namespace {
 
-const MeshArray* find_array(const std::vector<MeshArray>& arrays, const std::string& name) {
+// The array with this name and one component. Notes arrays that have more.
+const MeshArray* find_array(const std::vector<MeshArray>& arrays, const std::string& name,
+                            const std::string& file, std::vector<std::string>& notes) {
+  const MeshArray* found = nullptr;
   for (const MeshArray& array : arrays) {
-    if (array.num_components == 1 && normalised_name(array.name) == name) return &array;
+    if (normalised_name(array.name) != name) continue;
+    if (array.num_components == 1) {
+      found = found == nullptr ? &array : found;
+    } else {
+      notes.push_back(fmt::format("{}: the array {} has {} components and is ignored; give it one component",
+                                  file, printable(array.name), array.num_components));
+    }
   }
-  return nullptr;
+  return found;
 }
 
 // Returns a value for each tetrahedron, or nothing where the mesh has no such array.
-std::vector<double> values_of_elements(const MeshData& mesh, const std::string& name) {
-  const MeshArray* of_cells = find_array(mesh.cell_arrays, name);
-  const MeshArray* of_points = find_array(mesh.point_arrays, name);
+std::vector<double> values_of_elements(const MeshData& mesh, const std::string& name,
+                                       std::vector<std::string>& notes) {
+  const MeshArray* of_cells = find_array(mesh.cell_arrays, name, mesh.file, notes);
+  const MeshArray* of_points = find_array(mesh.point_arrays, name, mesh.file, notes);
+  if (of_cells != nullptr && of_points != nullptr)
+    notes.push_back(
+        fmt::format("{}: cells and points have an array {}, and that of the cells counts; remove one",
+                    mesh.file, printable(of_cells->name)));
   std::vector<double> values;
   if (of_cells == nullptr && of_points == nullptr) return values;
   for (size_t i = 0; i < mesh.cells.size(); ++i) {
@@ -112,8 +126,8 @@ void set_values(std::span<const double> young, std::span<const double> nu, Eleme
 
 ElementModuli find_element_moduli(const MeshData& mesh, double young, double nu) {
   ElementModuli moduli;
-  std::vector<double> all_young = values_of_elements(mesh, "E");
-  std::vector<double> all_nu = values_of_elements(mesh, "NU");
+  std::vector<double> all_young = values_of_elements(mesh, "E", moduli.notes);
+  std::vector<double> all_nu = values_of_elements(mesh, "NU", moduli.notes);
   if (all_young.empty() && all_nu.empty()) return moduli;
   moduli.has_young = !all_young.empty();
   moduli.has_nu = !all_nu.empty();

@@ -19,7 +19,8 @@ struct ElementModuli {
   std::vector<int> group_of_element;  // for each tetrahedron of the mesh, in their order
   double largest_change = 0;  // largest change of E as a fraction of E: the groups take near values together
   double largest_nu_change = 0;
-  bool has_young = false;  // the file has E; else `groups` has the value given
+  std::vector<std::string> notes;  // a line each: arrays that are not read
+  bool has_young = false;          // the file has E; else `groups` has the value given
   bool has_nu = false;
 
   bool empty() const { return groups.empty(); }

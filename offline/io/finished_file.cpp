@@ -104,6 +104,17 @@ void check_keeps_inputs(const fs::path& path, const std::vector<fs::path>& input
   }
 }
 
+void check_replaces(const fs::path& path, std::string_view beginning, const char* kind) {
+  std::error_code absent;
+  if (!fs::is_regular_file(path, absent)) return;
+  std::string present(beginning.size(), '\0');
+  std::ifstream stream(path, std::ios::binary);
+  stream.read(present.data(), static_cast<std::streamsize>(present.size()));
+  if (stream.gcount() > 0 && present != beginning)
+    throw std::runtime_error(path.string() + ": exists, and is not " + kind +
+                             "; remove it, or name another place");
+}
+
 void write_finished_file(const fs::path& path, const std::function<void(const fs::path&)>& write) {
   refuse_named_pipe(path);
   if (is_stream(path)) {

@@ -67,6 +67,20 @@ MeshData read_mesh(const std::filesystem::path& file) {
   return format->read(file);
 }
 
+void check_replaces_mesh(const std::filesystem::path& file) {
+  const MeshFormat* format = find_format(file);
+  std::error_code absent;
+  if (format == nullptr || !std::filesystem::is_regular_file(file, absent) ||
+      std::filesystem::file_size(file, absent) == 0)
+    return;
+  try {
+    format->read(file);
+  } catch (const std::runtime_error&) {
+    throw std::runtime_error(file.string() + ": exists, and cannot be read as " + format->name +
+                             "; remove it, or name another place");
+  }
+}
+
 void write_mesh(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file) {
   const MeshFormat* format = find_format(file);
   if (format == nullptr || format->write == nullptr)

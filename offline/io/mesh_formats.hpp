@@ -34,6 +34,10 @@ const MeshFormat* find_format(const std::filesystem::path& file);
 // Reads a mesh by the ending of its name. Throws InputError, one line with file, line and remedy.
 MeshData read_mesh(const std::filesystem::path& file);
 
+// Throws std::runtime_error with a remedy where a file is there already that cannot be read by its ending: a
+// file of something else, which a mesh must not replace. An empty file may be replaced.
+void check_replaces_mesh(const std::filesystem::path& file);
+
 // Writes a mesh by the ending of the name. Throws std::runtime_error with a remedy.
 void write_mesh(const MeshData& mesh, const WriteOptions& options, const std::filesystem::path& file);
 

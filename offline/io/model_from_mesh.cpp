@@ -102,6 +102,7 @@ Model model_from_mesh(const MeshData& mesh) {
     if (cell.kind != CellKind::tetrahedron) continue;
     Tetrahedron element;
     element.label = cell.label;
+    element.material = -1;
     element.num_nodes = cell.num_nodes;
     for (size_t a = 0; a < static_cast<size_t>(cell.num_nodes); ++a)
       element.node_array[a] = node_index[static_cast<size_t>(cell.nodes[a])];

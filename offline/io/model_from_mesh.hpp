@@ -1,4 +1,4 @@
-// The tetrahedra of a mesh file as a Model that has no materials, supports and steps yet.
+// The tetrahedra of a mesh file as a Model that has no materials (-1), supports and steps yet.
 #pragma once
 
 #include "offline/io/mesh_data.hpp"

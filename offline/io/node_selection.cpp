@@ -46,8 +46,9 @@ std::vector<int> nodes_where(const Model& model, const Condition& holds) {
 std::vector<int> beside_plane(const Model& model, std::string_view text, const std::string& option,
                               const std::string& expression) {
   const Eigen::Index axis = text[0] - 'x';
-  const bool is_below = text[1] == '<';
-  std::string_view limit = trimmed(text.substr(2));
+  const size_t sign = text.find_first_of("<>");
+  const bool is_below = text[sign] == '<';
+  std::string_view limit = trimmed(text.substr(sign + 1));
   const bool is_part = limit.ends_with('%');
   if (is_part) limit.remove_suffix(1);
   double place = numbers_of(limit, 1, option, expression)[0];
@@ -59,6 +60,12 @@ std::vector<int> beside_plane(const Model& model, std::string_view text, const s
   return nodes_where(model, [&](const Eigen::Vector3d& position) {
     return is_below ? position[axis] <= place : position[axis] >= place;
   });
+}
+
+// Whether a text begins as "z<10%" does, with blanks where people write them.
+bool is_plane(std::string_view text) {
+  const size_t sign = text.find_first_of("<>");
+  return sign != text.npos && trimmed(text.substr(0, sign)).size() == 1 && text[0] >= 'x' && text[0] <= 'z';
 }
 
 // The nodes within r of a point, and the node nearest to the point.
@@ -86,10 +93,11 @@ std::vector<int> of_set(const Model& model, const std::string& option, const std
 }  // namespace
 
 std::vector<int> select_nodes(const Model& model, const std::string& expression, const std::string& option) {
-  const std::string_view text = trimmed(expression);
+  const std::string small = lower_case(expression);
+  const std::string_view text = trimmed(small);
   const auto behind = [&](std::string_view word) { return text.substr(word.size()); };
   std::vector<int> nodes;
-  if (text.size() > 2 && text[0] >= 'x' && text[0] <= 'z' && (text[1] == '<' || text[1] == '>')) {
+  if (is_plane(text)) {
     nodes = beside_plane(model, text, option, expression);
   } else if (text.starts_with("box ")) {
     const std::vector<double> corners = numbers_of(behind("box "), 6, option, expression);
@@ -98,7 +106,9 @@ std::vector<int> select_nodes(const Model& model, const std::string& expression,
     box.extend(Eigen::Vector3d(corners[3], corners[4], corners[5]));
     nodes = nodes_where(model, [&](const Eigen::Vector3d& position) { return box.contains(position); });
   } else if (text.starts_with("nearest ")) {
-    nodes = about_point(model, numbers_of(behind("nearest "), 4, option, expression));
+    const std::vector<double> numbers = numbers_of(behind("nearest "), 4, option, expression);
+    if (numbers[3] < 0) refuse(option, expression, "has a radius below 0; give 0 for the nearest node alone");
+    nodes = about_point(model, numbers);
   } else {
     nodes = of_set(model, option, expression);
   }

@@ -176,11 +176,8 @@ void find_faults(const Model& model, const std::vector<PrescribedDisplacement>& 
   check.faults = unjoined_messages(model, find_unjoined(model));
   const auto is_held = [](const PartCheck& part) { return part.free_motions.empty(); };
   if (std::all_of(check.parts.begin(), check.parts.end(), is_held)) {
-    for (const LoosePart& part : hinged_parts(model, held))
-      check.warnings.push_back(
-          fmt::format("{}: the elements at node {} hang on the rest by a corner or an edge and can {}; join "
-                      "them face to face, or hold them",
-                      model.file, model.labels[static_cast<size_t>(part.node)], part.motions.front()));
+    if (std::string message = hinged_message(model, held); !message.empty())
+      check.faults.push_back(std::move(message));
   }
   for (std::string& message : locking_messages(model)) check.warnings.push_back(std::move(message));
   warn_small_patches(model, check);

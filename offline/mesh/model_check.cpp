@@ -184,13 +184,14 @@ void check_held(const Model& model, const std::vector<PrescribedDisplacement>& h
                                       label(model, loose.front().node), loose.front().motions.front()));
 }
 
-void warn_hinged_parts(Model& model, const std::vector<PrescribedDisplacement>& held) {
+std::string hinged_message(const Model& model, const std::vector<PrescribedDisplacement>& held) {
   const std::vector<LoosePart> hinged = hinged_parts(model, held);
-  if (hinged.empty()) return;
-  model.warnings.push_back(fmt::format(
-      "{}: the elements at node {} hang on the rest by a corner or an edge and can {}; join them face to "
+  if (hinged.empty()) return {};
+  return fmt::format(
+      "{}: the elements at node {} hang on the rest by a corner or an edge and can {}{}; join them face to "
       "face, or hold them with *BOUNDARY",
-      model.file, label(model, hinged.front().node), hinged.front().motions.front()));
+      model.file, label(model, hinged.front().node), hinged.front().motions.front(),
+      hinged.size() > 1 ? fmt::format(", and so do {} groups more", hinged.size() - 1) : "");
 }
 
 void check_elements(const Model& model, const ModelOrigin& origin) {
@@ -205,7 +206,8 @@ void check_model(Model& model, const ModelOrigin& origin) {
   check_elements(model, origin);
   const auto& held = model.steps.empty() ? model.fixed : model.steps.front().prescribed;
   check_held(model, held, {model.file, 0});
-  warn_hinged_parts(model, held);
+  if (std::string message = hinged_message(model, held); !message.empty())
+    model.warnings.push_back(std::move(message));
   for (std::size_t i = 1; i < model.steps.size(); ++i) {
     if (releases(model.steps[i - 1], model.steps[i]))
       check_held(model, model.steps[i].prescribed, model.steps[i].source);

@@ -35,7 +35,9 @@ void check_held(const Model& model, const std::vector<PrescribedDisplacement>& h
 // Returns the signed volume (x1 - x0) . ((x2 - x0) x (x3 - x0)) / 6 of an element's corners, length unit^3.
 double signed_volume(const Model& model, const Tetrahedron& element);
 
-// Warns about parts that only a corner or an edge attaches, unless `held` stops their rotation.
-void warn_hinged_parts(Model& model, const std::vector<PrescribedDisplacement>& held);
+// Returns a message for parts that only a corner or an edge attaches, unless `held` stops their rotation;
+// empty where there are none. Such a part has no stable answer at rest: check_model() warns, and
+// a build refuses it.
+std::string hinged_message(const Model& model, const std::vector<PrescribedDisplacement>& held);
 
 }  // namespace palpate

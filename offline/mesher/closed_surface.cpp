@@ -1,9 +1,9 @@
 #include "offline/mesher/closed_surface.hpp"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/bbox.h>
 #include <CGAL/Polygon_mesh_processing/border.h>
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
-#include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
@@ -133,15 +133,23 @@ void check_crossings(const Mesh& mesh, const std::set<Face>& filled, const std::
                                "Blender (Voxel Remesh) or MeshLab"));
 }
 
-void count_parts(Mesh& mesh, ClosedSurface& closed) {
+// Finds area, volume, parts and cavities. Tetrahedra for the volume end at the middle of the surface, since
+// those that end at a far origin lose their digits.
+void measure(Mesh& mesh, ClosedSurface& closed) {
   const auto part = mesh.add_property_map<Face, std::size_t>("f:part", 0).first;
-  const std::size_t num_parts = PMP::connected_components(mesh, part);
-  std::vector<std::vector<Face>> faces(num_parts);
-  for (const Face face : mesh.faces()) faces[part[face]].push_back(face);
-  for (const std::vector<Face>& one : faces) {
-    // The surface of a cavity faces the cavity.
-    const bool is_cavity = PMP::volume(CGAL::Face_filtered_graph<Mesh>(mesh, one)) < 0;
-    ++(is_cavity ? closed.num_cavities : closed.num_parts);
+  std::vector<double> volumes(PMP::connected_components(mesh, part), 0.0);
+  const Eigen::Vector3d centre = box_of(closed.surface).center();
+  std::size_t next = 0;  // triangles_of() keeps the order of the faces
+  for (const Face face : mesh.faces()) {
+    const auto& [i, j, k] = closed.surface.triangles[next++];
+    const auto at = [&](int node) { return closed.surface.positions[static_cast<std::size_t>(node)]; };
+    const Eigen::Vector3d normal = (at(j) - at(i)).cross(at(k) - at(i));
+    closed.area += normal.norm() / 2;
+    volumes[part[face]] += normal.dot(at(i) - centre) / 6;
+  }
+  for (const double volume : volumes) {
+    closed.volume += volume;
+    ++(volume < 0 ? closed.num_cavities : closed.num_parts);  // the surface of a cavity faces the cavity
   }
 }
 
@@ -182,6 +190,8 @@ ClosedSurface close_surface(const SurfaceTriangles& surface, double size, const 
   Mesh mesh = mesh_of(surface);
   std::vector<Face> needles;
   PMP::degenerate_faces(mesh, std::back_inserter(needles));
+  if (needles.size() == mesh.number_of_faces())  // their removal would crash
+    throw InputError({file, 0}, "has no triangles with an area; give the closed surface of a solid");
   if (!needles.empty()) {
     PMP::remove_degenerate_faces(mesh);
     closed.remarks.push_back(fmt::format("removed {} triangles whose corners lie on a line", needles.size()));
@@ -190,11 +200,9 @@ ClosedSurface close_surface(const SurfaceTriangles& surface, double size, const 
   check_crossings(mesh, filled, file);
   PMP::orient_to_bound_a_volume(mesh);
   mesh.collect_garbage();
-  closed.area = PMP::area(mesh);
-  closed.volume = PMP::volume(mesh);
-  check_walls(closed, size, file);
-  count_parts(mesh, closed);
   closed.surface = triangles_of(mesh);
+  measure(mesh, closed);
+  check_walls(closed, size, file);
   return closed;
 }
 

@@ -2,22 +2,28 @@
 #include <CGAL/assertions_behaviour.h>
 #include <CGAL/exceptions.h>
 #include <fmt/core.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "offline/io/finished_file.hpp"
 #include "offline/io/mesh_formats.hpp"
+#include "offline/io/model_from_mesh.hpp"
+#include "offline/io/organ_check.hpp"
 #include "offline/mesh/input_error.hpp"
 #include "offline/mesher/closed_surface.hpp"
 #include "offline/mesher/size_field.hpp"
@@ -100,38 +106,72 @@ std::string counted(int count, const char* one, const char* several) {
   return fmt::format("{} {}", count, count == 1 ? one : several);
 }
 
+// Says how much of the volume the mesh has. The distance between the surfaces grows with the size, and so
+// does the loss.
+void print_volume(double volume, double closed_volume, double size) {
+  constexpr double kMostLoss = 0.01;
+  fmt::print("volume     {:.5g}, which is {:.2f} % of the volume inside the surface\n", volume,
+             100 * volume / closed_volume);
+  const double loss = std::abs(1 - volume / closed_volume);
+  if (loss > kMostLoss)
+    fmt::print(
+        "warning    the volume differs by {:.2g} %, for edges are long beside the solid; take --size "
+        "{:.2g}\n",
+        100 * loss, size * kMostLoss / loss);
+}
+
 void print_result(const FilledSolid& solid, const ClosedSurface& closed, const MeshArguments& arguments,
                   double seconds) {
+  const OrganCheck check = check_organ(model_from_mesh(solid.mesh), {});
   fmt::print("wrote      {}: {} nodes, {} tetrahedra, in {:.1f} s\n", arguments.out.string(),
              solid.mesh.positions.size(), solid.mesh.cells.size(), seconds);
-  fmt::print("volume     {:.5g}, which is {:.2f} % of the volume inside the surface\n", solid.volume,
-             100 * solid.volume / closed.volume);
-  fmt::print("angles     between faces: {:.3g} to {:.3g} degrees\n", solid.least_angle, solid.largest_angle);
+  print_volume(check.volume, closed.volume, arguments.size);
+  fmt::print("angles     between faces: {:.3g} to {:.3g} degrees\n", check.least_angle, check.largest_angle);
   fmt::print("surface    within {:.3g} of the input, {:.2g} of --size\n", solid.deviation,
              solid.deviation / arguments.size);
-  if (solid.num_joints > 0)
+  for (const std::string& fault : check.faults) fmt::print("refused    {}\n", fault);
+  if (check.num_open_edges > 0)
     fmt::print(
         "joints     {} edges at which parts touch that should not; a smaller --size may keep them apart\n",
-        solid.num_joints);
+        check.num_open_edges);
   if (solid.sharp_length > 0)
     fmt::print("edges      follows sharp edges of length {:.4g}\n", solid.sharp_length);
   fmt::print("\nNext:\n  palpate new {}\n", arguments.out.string());
 }
 
-// CGAL's own errors in one line; what() has several.
+// CGAL's own errors in one line; what() has several, and message() may have.
 [[noreturn]] void refuse(const CGAL::Failure_exception& error, const std::string& file) {
-  const std::string reason = error.message().empty() ? "" : " (CGAL: " + error.message() + ")";
+  const std::string message = error.message().substr(0, error.message().find('\n'));
+  const std::string reason = message.empty() ? "" : " (CGAL: " + message + ")";
   throw InputError({file, 0}, "cannot be meshed" + reason +
                                   "; remesh the surface, for instance in MeshLab, or change --size");
 }
 
+// Lets CGAL throw its errors and warnings, and prints nothing before.
+void prepare_cgal() {
+  const auto ignore = [](const char*, const char*, const char*, int, const char*) {};
+  CGAL::set_error_handler(ignore);
+  CGAL::set_warning_handler(ignore);
+  CGAL::set_warning_behaviour(CGAL::THROW_EXCEPTION);
+}
+
+void say_that_cgal_crashed(int /*signal*/) {
+  constexpr std::string_view kMessage =
+      "palpate mesh: CGAL crashed on this surface; remesh it, for instance in MeshLab, or change --size\n";
+  std::_Exit(write(STDERR_FILENO, kMessage.data(), kMessage.size()) > 0 ? 1 : 2);
+}
+
+void handle_crashes(void (*handler)(int)) {
+  for (const int signal : {SIGFPE, SIGSEGV, SIGABRT}) std::signal(signal, handler);
+}
+
 void run_mesh(const MeshArguments& arguments) try {
-  CGAL::set_error_handler(
-      [](const char*, const char*, const char*, int, const char*) {});  // else prints before it throws
+  prepare_cgal();
   const auto start = std::chrono::steady_clock::now();
   check_keeps_inputs(arguments.out, {arguments.in});
   check_solid_format(arguments.out);
   check_can_finish(arguments.out);
+  check_replaces_mesh(arguments.out);
   const MeshData input = read_mesh(arguments.in);
   for (const std::string& note : input.notes) fmt::print(stderr, "{}\n", note);
   const std::string file = arguments.in.string();
@@ -139,6 +179,7 @@ void run_mesh(const MeshArguments& arguments) try {
   const Eigen::Vector3d sides = box_of(repaired.surface).sizes();
   check_size(arguments.size, sides, file);
   const SizeField sizes(arguments.size, arguments.refinements, input);
+  handle_crashes(say_that_cgal_crashed);  // of CGAL alone: other crashes must not look like CGAL's
   const ClosedSurface closed = close_surface(repaired.surface, arguments.size, file);
   const double num_elements = sizes.num_elements(closed.area, closed.volume);
   check_number(sizes, sides.maxCoeff(), closed);
@@ -155,7 +196,9 @@ void run_mesh(const MeshArguments& arguments) try {
   std::fflush(stdout);
   const double most_elements = std::min(kMostOverEstimate * num_elements + kSlackElements, kMostElements);
   const auto most_nodes = static_cast<std::size_t>(most_elements / kElementsPerNode);
-  const FilledSolid solid = fill_solid(closed, sizes, most_nodes, file);
+  FilledSolid solid = fill_solid(closed, sizes, most_nodes, file);
+  handle_crashes(SIG_DFL);
+  solid.mesh.file = arguments.out.string();
   write_mesh(solid.mesh, {}, arguments.out);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   print_result(solid, closed, arguments, took.count());
@@ -169,8 +212,9 @@ int run(int argc, char** argv) {
   app.footer(
       "The surface: triangles of an STL, OBJ or PLY file, or of any mesh that `palpate convert` reads. "
       "Lengths are\n"
-      "numbers of the file. Equal points are welded, triangles turned alike, and holes up to 10 sizes around "
-      "closed.\n"
+      "numbers of the file. Equal points are welded, triangles turned alike, and holes closed up to 10 sizes "
+      "around,\n"
+      "and no more than the diagonal of the surface.\n"
       "A surface inside another bounds a cavity. Edges grow to 2.5 sizes at the core of the solid.\n\n"
       "Places for --refine, which have finer elements than --size:\n"
       "  \"x,y,z,r: size\"       a ball\n"

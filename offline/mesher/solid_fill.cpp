@@ -49,7 +49,7 @@ constexpr double kDensestLines =
     0.5;  // length of sharp edges by --size per area: denser ones are steps of voxels
 constexpr double kLeastFaceAngle = 25;  // degrees, of the triangles of the surface; Mesh_3 ends for up to 30
 constexpr double kRadiusOverEdge = 2;   // of an element's ball to its shortest edge; Mesh_3 ends from 2 on
-constexpr double kSliverAngle = 10;     // degrees: the perturbation works on elements below
+constexpr double kRepairedAngle = 10;   // degrees: the perturbation works on elements below
 constexpr double kSurfaceDistance =
     0.05;  // between the middle of a triangle and the surface, in h; corners of the input double it
 // The mesher bounds radii. These factors give edges of mean length h.
@@ -246,36 +246,6 @@ MeshData mesh_of(const Complex& complex) {
   return mesh;
 }
 
-// The number of edges of the boundary with other than two triangles.
-int num_joints(const SurfaceTriangles& outer) {
-  std::map<std::pair<int, int>, int> num_triangles;
-  for (const std::array<int, 3>& triangle : outer.triangles) {
-    for (std::size_t i = 0; i < 3; ++i) ++num_triangles[std::minmax(triangle[i], triangle[(i + 1) % 3])];
-  }
-  return static_cast<int>(
-      std::ranges::count_if(num_triangles, [](const auto& edge) { return edge.second != 2; }));
-}
-
-void measure_elements(FilledSolid& solid) {
-  for (const MeshCell& cell : solid.mesh.cells) {
-    std::array<Eigen::Vector3d, 4> corners;
-    for (std::size_t i = 0; i < 4; ++i)
-      corners[i] = solid.mesh.positions[static_cast<std::size_t>(cell.nodes[i])];
-    const auto& [a, b, c, d] = corners;
-    solid.volume += (b - a).cross(c - a).dot(d - a) / 6;
-    const std::array<Eigen::Vector3d, 4> outward = {(d - b).cross(c - b), (c - a).cross(d - a),
-                                                    (d - a).cross(b - a), (b - a).cross(c - a)};
-    for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = i + 1; j < 4; ++j) {
-        const double cosine = -outward[i].normalized().dot(outward[j].normalized());
-        const double angle = std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
-        solid.least_angle = std::min(solid.least_angle, angle);
-        solid.largest_angle = std::max(solid.largest_angle, angle);
-      }
-    }
-  }
-}
-
 // The largest distance from corners and centres of the triangles of `from` to those of `to`.
 double largest_distance(const SurfaceTriangles& from, const SurfaceTriangles& to) {
   std::vector<Kernel::Triangle_3> triangles;
@@ -309,15 +279,14 @@ FilledSolid fill_solid(const ClosedSurface& closed, const SizeField& sizes, std:
   domain.detect_borders();  // takes the marked edges; the surface has no borders
   Complex complex;
   refine(sizes, most_nodes, solid.sharp_length > 0, file, domain, complex);
-  // Without limits of time, for equal output.
-  CGAL::perturb_mesh_3(complex, domain, parameters::time_limit = 0, parameters::sliver_bound = kSliverAngle);
-  CGAL::exude_mesh_3(complex, parameters::time_limit = 0, parameters::sliver_bound = kSliverAngle);
-  solid.mesh = mesh_of(complex);
-  if (solid.mesh.cells.empty())
+  if (complex.number_of_cells_in_complex() == 0)  // the perturbation would crash
     throw InputError({file, 0}, "gave no tetrahedra: it is smaller than --size; take a smaller one");
-  measure_elements(solid);
+  // Without limits of time, for equal output.
+  CGAL::perturb_mesh_3(complex, domain, parameters::time_limit = 0,
+                       parameters::sliver_bound = kRepairedAngle);
+  CGAL::exude_mesh_3(complex, parameters::time_limit = 0, parameters::sliver_bound = kRepairedAngle);
+  solid.mesh = mesh_of(complex);
   const SurfaceTriangles outer = surface_triangles(solid.mesh, file);
-  solid.num_joints = num_joints(outer);
   solid.deviation =
       std::max(largest_distance(outer, closed.surface), largest_distance(closed.surface, outer));
   return solid;

@@ -13,15 +13,13 @@
 namespace palpate {
 
 struct FilledSolid {
-  MeshData mesh;  // tetrahedra alone, turned as mesh_data.hpp says
-  double volume = 0;
+  MeshData mesh;            // tetrahedra alone, turned as mesh_data.hpp says
   double sharp_length = 0;  // of the sharp edges that the mesh follows
-  int num_joints = 0;       // edges of the boundary with other than two triangles: places closer than h touch
   double deviation = 0;     // the largest distance between the two surfaces, either way
-  double least_angle = 180, largest_angle = 0;  // between faces of an element, degrees
 };
 
-// Equal input gives equal output. Throws InputError where the refinement does not end, at `most_nodes`.
+// Equal input gives equal output. Throws InputError where the refinement does not end, at `most_nodes`, or
+// gives no tetrahedra.
 FilledSolid fill_solid(const ClosedSurface& closed, const SizeField& sizes, std::size_t most_nodes,
                        const std::string& file);
 

@@ -24,6 +24,18 @@ struct Side {
 };
 using EdgeSides = std::map<Edge, std::vector<Side>>;
 
+// CGAL fails in silence, hangs or crashes where powers of lengths leave the range of a double.
+void check_lengths(const Eigen::AlignedBox3d& box, const std::string& file) {
+  constexpr double kLongest = 1e12;
+  const double longest = box.sizes().maxCoeff(),
+               furthest = std::max(-box.min().minCoeff(), box.max().maxCoeff());
+  if (furthest < kLongest && longest > 1 / kLongest) return;
+  throw InputError({file, 0},
+                   fmt::format("is {:.3g} long, with coordinates up to {:.3g}; scale it, since lengths "
+                               "from {:g} to {:g} can be meshed",
+                               longest, furthest, 1 / kLongest, kLongest));
+}
+
 void check_not_flat(const Eigen::AlignedBox3d& box, const std::string& file) {
   Eigen::Index axis = 0;
   if (box.sizes().minCoeff(&axis) > kWeldLength * box.diagonal().norm()) return;
@@ -178,6 +190,7 @@ Eigen::AlignedBox3d box_of(const SurfaceTriangles& surface) {
 
 RepairedSurface repair_surface(SurfaceTriangles surface, const std::string& file) {
   const Eigen::AlignedBox3d box = box_of(surface);
+  check_lengths(box, file);
   check_not_flat(box, file);
   RepairedSurface repaired;
   const auto remark = [&](std::size_t count, const char* what) {

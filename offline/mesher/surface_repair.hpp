@@ -16,8 +16,9 @@ struct RepairedSurface {
 };
 
 // Welds points closer than a millionth of the surface's diagonal. A triangle that stands there twice stays
-// once; two that face each other, an inner wall, both go. Throws InputError where the surface is flat, has an
-// edge with three or more triangles, or is one-sided. `file`: for messages. Cost: O(n log n).
+// once; two that face each other, an inner wall, both go. Throws InputError where the surface is flat, far
+// too small or large for the mesher, has an edge with three or more triangles, or is one-sided. `file`: for
+// messages. Cost: O(n log n).
 RepairedSurface repair_surface(SurfaceTriangles surface, const std::string& file);
 
 Eigen::AlignedBox3d box_of(const SurfaceTriangles& surface);

@@ -66,12 +66,13 @@ void leave_out_immobile(const Scene& scene, const Model& model, ContactSites& si
 
 std::string left_out_text(const Scene& scene, const Model& model, const std::vector<LeftOutSite>& left_out,
                           size_t num_left) {
-  constexpr size_t kShown = 40;
+  constexpr size_t kShown = 5;
   std::string names;
   for (size_t i = 0; i < std::min(kShown, left_out.size()); ++i)
     names += fmt::format("{}{} ({:.3g})", i > 0 ? ", " : "",
                          model.labels[static_cast<size_t>(left_out[i].node)], left_out[i].out_of_reach);
-  if (left_out.size() > kShown) names += fmt::format(" and {} more", left_out.size() - kShown);
+  if (left_out.size() > kShown)
+    names += fmt::format(" and {} more (build --json names all)", left_out.size() - kShown);
   return fmt::format(
       "{}: {} of {} sites are left out, as their patches cannot move by a quarter of max_displacement = {:g} "
       "in every direction: nodes, with the |d| out of reach: {}; {} left; reduce max_displacement to keep "

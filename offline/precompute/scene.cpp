@@ -263,11 +263,12 @@ Model read_model(const SceneTable& top, const std::filesystem::path& include_roo
   if (!model.steps.empty()) {
     const SourceLine& step = model.steps.front().source;
     check_held(model, model.fixed, {model.file, 0});
-    warn_hinged_parts(model, model.fixed);
     model.warnings.push_back(
         step.file + ":" + std::to_string(step.line) +
         ": a build takes NLGEOM from *STEP and ignores the rest: only what is held before it counts");
   }
+  if (const std::string message = hinged_message(model, model.fixed); !message.empty())
+    throw InputError(message);
   for (const Material& material : model.materials) {
     if (!std::holds_alternative<LinearElastic>(material.law)) continue;
     model.warnings.push_back(

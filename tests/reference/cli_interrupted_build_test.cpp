@@ -101,24 +101,27 @@ TEST(Build, KilledLeavesNothingUnderItsName) {
   EXPECT_FALSE(std::filesystem::exists(files.pack));
 }
 
+// It begins as packs do, for a build replaces no other file.
+const std::string kYesterday = std::string("PALPATE\0", 8) + "the pack of yesterday";
+
 TEST(Build, KilledLeavesThePackThatWasThere) {
   const SceneFiles files(kSlow, block_inp(5));
-  files.dir.write("block.pack", "the pack of yesterday");
+  files.dir.write("block.pack", kYesterday);
   kill_build_half_way(files);
-  EXPECT_EQ(file_text(files.pack), "the pack of yesterday");
+  EXPECT_EQ(file_text(files.pack), kYesterday);
 }
 
 // The kernel kills a process that exceeds its file size limit, here in the middle of the pack.
 TEST(Build, KilledWhileItWritesLeavesThePackThatWasThere) {
   const SceneFiles files;
   ASSERT_EQ(files.build().exit_code, 0) << "so that nothing but the pack is left to be written";
-  files.dir.write("block.pack", "the pack of yesterday");
+  files.dir.write("block.pack", kYesterday);
   const std::string command = "ulimit -c 0; ulimit -f 8; exec " PALPATE_PROGRAM " build " +
                               files.scene.string() + " -o " + files.pack.string() +
                               " --json > /dev/null 2>&1";
   const int status = std::system(("sh -c '" + command + "'").c_str());
   ASSERT_EQ(WEXITSTATUS(status), 128 + SIGXFSZ) << "it was not killed in a write: make the pack larger";
-  EXPECT_EQ(file_text(files.pack), "the pack of yesterday");
+  EXPECT_EQ(file_text(files.pack), kYesterday);
   // The next build removes the partial file.
   EXPECT_EQ(names_in(files.dir.path()).size(), 5u);
   ASSERT_EQ(files.build().exit_code, 0);

@@ -70,6 +70,26 @@ TEST_F(Mesher, GivesEqualBytesEachTime) {
   EXPECT_EQ(file_text(path("again.VTU")), first);
 }
 
+// Chords cut a part of the volume off, which grows with the edges.
+TEST_F(Mesher, WarnsOfLostVolume) {
+  filled(sphere_surface(10, 4), "9");
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(
+      run_.out, found, std::regex("warning    the volume differs by ([0-9.]+) %.*take --size ([0-9.]+)")))
+      << run_.out;
+  const std::string remedy = found[2];
+  const nlohmann::json check = filled(sphere_surface(10, 4), remedy);
+  EXPECT_NEAR(check["volume"].get<double>(), kBall, 0.02 * kBall);
+  EXPECT_EQ(run_.out.find("warning"), std::string::npos) << run_.out;
+}
+
+// Volumes do not lose their digits far from the origin.
+TEST_F(Mesher, FillsABoxFarAway) {
+  const Eigen::Vector3d far = {1e9, 1e9, 1e9};
+  filled(box_surface(far, far + Eigen::Vector3d(1, 2, 3)), "0.5");
+  EXPECT_NE(run_.out.find("solid      1 part, volume 6\n"), std::string::npos) << run_.out;
+}
+
 TEST_F(Mesher, KeepsCavitiesAndParts) {
   const SurfaceTriangles hollow = both(sphere_surface(10, 4), sphere_surface(5, 3));
   const nlohmann::json check = filled(both(hollow, sphere_surface(2, 2, {30, 0, 0})), "1");
@@ -138,6 +158,14 @@ TEST_F(Mesher, RefusesWhatBoundsNoSolid) {
   EXPECT_NE(refusal(box_surface({0, 0, 0}, {10, 10, 0}), "2").find("is flat, all of it at z = 0"),
             std::string::npos);
 
+  // Powers of such lengths leave the range of a double.
+  for (const double length : {1e30, 1e-100})
+    EXPECT_NE(refusal(box_surface({0, 0, 0}, {length, length, length}), "1").find("; scale it, since"),
+              std::string::npos);
+  // All triangles lie on a line, which no axis follows.
+  EXPECT_NE(refusal({{{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {3, 3, 3}}, {{0, 1, 2}, {1, 3, 2}}}, "1")
+                .find("has no triangles with an area"),
+            std::string::npos);
   dir_.write("empty.obj", "v 0 0 0\n");
   EXPECT_NE(refusal_of({"mesh", path("empty.obj"), "--size", "1", "-o", path("a.vtu")}).find("has no faces"),
             std::string::npos);

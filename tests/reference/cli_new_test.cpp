@@ -5,6 +5,7 @@
 #include <regex>
 #include <sstream>
 
+#include "offline/io/inp_format.hpp"
 #include "offline/io/mesh_formats.hpp"
 #include "offline/io/model_from_mesh.hpp"
 #include "offline/io/tissue_table.hpp"
@@ -82,6 +83,12 @@ TEST_F(NewOrgan, BecomesAPackInTwoCommands) {
   EXPECT_EQ(built.exit_code, 0) << built.error;
   const nlohmann::json info = run_cleanly({"info", path("made/organ.pack"), "--json"}).json();
   EXPECT_EQ(info["sites"].size(), 16U);  // the top, which is free
+  const std::string other = dir_.write("report.pdf", "%PDF").string();
+  EXPECT_NE(refusal_of({"build", path("made/organ.toml"), "-o", other}).find("exists, and is not a pack"),
+            std::string::npos);
+  EXPECT_EQ(file_text(other), "%PDF");
+  EXPECT_NE(refusal_of({"picture", path("made/organ.pack"), "-o", path("a.jpg")}).find("ends in .png"),
+            std::string::npos);
   const Model model = read_inp(path("made/organ.inp"));
   const auto& law = std::get<CompressibleNeoHookean>(model.materials.front().law);
   EXPECT_DOUBLE_EQ(law.mu, 0.49);  // 4.9 kPa in N / cm^2
@@ -129,7 +136,11 @@ TEST_F(NewOrgan, ChecksPlacesUnitsAndSupports) {
 // Parts that lie on each other are named, and one part after --merge.
 TEST_F(NewOrgan, ChecksWhatMergingJoins) {
   write_mesh(mesh_from_model(stacked_blocks()), {}, path("stack.vtu"));
-  const nlohmann::json apart = run_cleanly({"check", path("stack.vtu"), "--json"}).json();
+  const ProgramRun refused_check = run_program({"check", path("stack.vtu"), "--json"});
+  EXPECT_EQ(refused_check.exit_code, 1);
+  EXPECT_EQ(refused_check.error,
+            path("stack.vtu") + ": a build refuses it: see 2 lines \"refused\", with remedies\n");
+  const nlohmann::json apart = refused_check.json();
   EXPECT_EQ(apart["parts"].size(), 2U);
   EXPECT_EQ(apart["refused"].size(), 2U);
   EXPECT_TRUE(apart.contains("no_cost"));
@@ -143,6 +154,60 @@ TEST_F(NewOrgan, ChecksWhatMergingJoins) {
       << refused.error;
   EXPECT_EQ(run_program({"new", path("stack.vtu"), "-o", path("a"), "--merge", "1e-6"}).exit_code, 0);
   EXPECT_EQ(read_inp(path("a/stack.inp")).num_nodes(), 80);
+}
+
+// `check`, `new` and `build` refuse the same meshes with the same words.
+TEST_F(NewOrgan, RefusesPartsThatHangByACorner) {
+  // Two blocks with node 8 in common.
+  Model model =
+      with_part(block_at({0, 0, 0}, {1, 1, 1}, {1, 1, 1}), block_at({1, 1, 1}, {1, 1, 1}, {1, 1, 1}));
+  for (Tetrahedron& element : model.elements) {
+    for (int& node : element.nodes()) node = node == 8 ? 7 : node;
+  }
+  write_mesh(mesh_from_model(model), {}, path("hung.vtu"));
+  const std::string words = "hang on the rest by a corner or an edge and can turn";
+  const std::string made = run_program({"new", path("hung.vtu"), "-o", path("a")}).error;
+  EXPECT_NE(made.find(words), std::string::npos) << made;
+  for (const std::vector<std::string>& fix : {std::vector<std::string>{}, {"--fix", "z<10%"}}) {
+    std::vector<std::string> arguments = {"check", path("hung.vtu"), "--json"};
+    arguments.insert(arguments.end(), fix.begin(), fix.end());
+    const ProgramRun checked = run_program(arguments);
+    EXPECT_EQ(checked.exit_code, 1);
+    ASSERT_EQ(checked.json()["refused"].size(), 1U) << checked.out;
+    const auto fault = checked.json()["refused"][0].get<std::string>();
+    EXPECT_NE(made.find(fault), std::string::npos) << fault << made;
+  }
+  const std::string deck =
+      dir_.write("hung.inp", inp_mesh_text(mesh_from_model(model)) +
+                                 "*MATERIAL, NAME=SOFT\n*HYPERELASTIC, COMPRESSIBLE NEO "
+                                 "HOOKE\n1, 4\n*SOLID SECTION, ELSET=ALL, MATERIAL=SOFT\n"
+                                 "*BOUNDARY\n1, 1, 3\n2, 1, 3\n3, 1, 3\n")
+          .string();
+  dir_.write("hung.toml", "model = \"hung.inp\"\n[contact]\nsites = \"surface\"\nmax_displacement = 0.1\n");
+  EXPECT_NE(refusal_of({"build", path("hung.toml"), "-o", path("hung.pack")}).find(words), std::string::npos);
+  EXPECT_NE(run_program({"new", deck, "-o", path("b")}).error.find(words), std::string::npos);
+}
+
+TEST_F(NewOrgan, WarnsOfArraysItCannotTake) {
+  MeshData mesh = mesh_from_model(read_inp_mesh(block()));
+  const auto run_with = [&](std::vector<MeshArray> of_cells, std::vector<MeshArray> of_points) {
+    mesh.cell_arrays = std::move(of_cells);
+    mesh.point_arrays = std::move(of_points);
+    write_mesh(mesh, {}, path("organ.vtu"));
+    return run_program({"check", path("organ.vtu")});
+  };
+  const size_t cells = mesh.cells.size(), points = mesh.positions.size();
+  const auto says = [](const std::string& text, const std::string& words) {
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+  };
+  says(run_with({{"E", 3, std::vector<double>(3 * cells, 1)}}, {}).error,
+       "the array E has 3 components and is ignored");
+  says(run_with({{"E", 1, std::vector<double>(cells, 1)}}, {{"E", 1, std::vector<double>(points, 2)}}).error,
+       "cells and points have an array E, and that of the cells counts");
+  says(run_with({{"E", 1, std::vector<double>(cells, 3000)}}, {}).out,
+       "goes from 3000 to 3000, which in kPa, the unit with lengths in mm, no soft tissue has; if it is in "
+       "Pa, multiply "
+       "it by 0.001");
 }
 
 // Each part must be held, or the smaller ones are dropped on request.
@@ -240,6 +305,16 @@ TEST_F(NewOrgan, RefusesWithARemedy) {
   says({"new", organ, "-o", path("a"), "--fix", "box 1,2,3"}, "give 6");
   says({"new", organ, "-o", path("a"), "--fix", "TOPP"}, "is no node set");
   says({"new", organ, "-o", path("a"), "--tissue", "cheese"}, "liver");
+  says({"new", organ, "-o", path("a"), "--fix", "nearest 0,0,0,-1"}, "has a radius below 0");
+  says({"check", organ, "--scale", "0"}, "--scale: must be above 0, not '0'");
+  says({"check", organ, "--merge", "-1"}, "--merge: must be above 0, not '-1'");
+  says({"check", block(), "--fix", "z<10%"}, "leave --fix out");
+  dir_.write("notes.vtk", "minutes of a meeting\n");
+  says({"convert", organ, path("notes.vtk")}, "exists, and cannot be read as VTK; remove it");
+  run_cleanly({"convert", organ, path("own.vtk")});
+  run_cleanly({"convert", organ, path("own.vtk")});
+  for (const char* place : {"z <10%", "Z<10%", "Z < 10 %"})
+    EXPECT_EQ(run_program({"check", organ, "--json", "--fix", place}).json()["fix"]["nodes"], 16) << place;
   says({"convert", organ, path("organ.xyz")}, "no mesh is written with this ending");
   says({"check", path("none.vtk")}, "none.vtk");
   dir_.write("surface.stl",

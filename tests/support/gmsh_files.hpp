@@ -5,10 +5,11 @@
 // 0 in "FIXED", and the tip (0 0 4) in group 9 without a name.
 #pragma once
 
+#include <string>
+
 namespace palpate::test {
 
-inline constexpr const char* kGmsh1 = R"($NOD
-10
+inline const std::string kNodes = R"(10
 1 0 0 0
 2 2 0 0
 3 0 3 0
@@ -19,7 +20,10 @@ inline constexpr const char* kGmsh1 = R"($NOD
 8 0 0 1.999999999994687
 9 1.000000000002657 0 1.999999999994685
 10 0 1.500000000004052 1.999999999994597
-$ENDNOD
+)";
+
+inline const std::string kGmsh1 = R"($NOD
+)" + kNodes + R"($ENDNOD
 $ELM
 4
 1 15 9 4 1 4
@@ -29,7 +33,7 @@ $ELM
 $ENDELM
 )";
 
-inline constexpr const char* kGmsh22 = R"($MeshFormat
+inline const std::string kGmsh22 = R"($MeshFormat
 2.2 0 8
 $EndMeshFormat
 $PhysicalNames
@@ -39,18 +43,7 @@ $PhysicalNames
 3 2 "ALL"
 $EndPhysicalNames
 $Nodes
-10
-1 0 0 0
-2 2 0 0
-3 0 3 0
-4 0 0 4
-5 0.9999999999973436 0 0
-6 1.000000000003053 1.49999999999542 0
-7 0 1.500000000004172 0
-8 0 0 1.999999999994687
-9 1.000000000002657 0 1.999999999994685
-10 0 1.500000000004052 1.999999999994597
-$EndNodes
+)" + kNodes + R"($EndNodes
 $Elements
 4
 1 15 2 9 4 4

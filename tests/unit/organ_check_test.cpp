@@ -79,8 +79,8 @@ TEST(OrganCheck, FindsPartsThatTouchAtANode) {
   EXPECT_EQ(check.parts.size(), 1U);  // the node connects them
   EXPECT_EQ(check.num_shared_nodes, 1);
   EXPECT_EQ(check.num_open_edges, 0);
-  ASSERT_EQ(check.warnings.size(), 1U);
-  EXPECT_NE(check.warnings[0].find("hang on the rest by a corner"), std::string::npos) << check.warnings[0];
+  ASSERT_EQ(check.faults.size(), 1U);
+  EXPECT_NE(check.faults[0].find("hang on the rest by a corner"), std::string::npos) << check.faults[0];
   EXPECT_EQ(check_organ(block_at({0, 0, 0}, {2, 2, 2}, {2, 2, 2}), {}).num_shared_nodes, 0);
 }
 

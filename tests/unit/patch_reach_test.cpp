@@ -112,6 +112,17 @@ TEST(PatchReach, SitesBelowAQuarterAreLeftOutByName) {
   }
 }
 
+// A thin sheet leaves out nearly all sites.
+TEST(PatchReach, FiveSitesThatAreLeftOutHaveNames) {
+  const test::TouchedBlock block = test::touched_block(3, 0.0);
+  std::vector<LeftOutSite> left_out;
+  for (int node = 0; node < 8; ++node) left_out.push_back({node, 0.5});
+  const std::string text = left_out_text(block.scene, block.model, left_out, 2);
+  EXPECT_NE(text.find("8 of 10 sites are left out"), std::string::npos) << text;
+  EXPECT_EQ(std::ranges::count(text, '('), 5 + 1) << text;
+  EXPECT_NE(text.find(" and 3 more (build --json names all); 2 sites are left"), std::string::npos) << text;
+}
+
 // The node 0.3 under a site is fixed, but each element between them has a free node too: only the solver
 // finds the limit. The other sites keep their errors and contact sets.
 TEST(LeftOut, AnUnsampledSiteEndsNoBuild) {

@@ -14,69 +14,49 @@ namespace vtk_format_test {
 constexpr CursorReader kRead = read_vtk;
 
 // VTK 9.1 has written this mesh of two tetrahedra, a polygon and a quadrilateral in four ways.
-constexpr const char* kText42 = R"(# vtk DataFile Version 4.2
+const std::string kPoints = R"(
 vtk output
 ASCII
 DATASET UNSTRUCTURED_GRID
 POINTS 5 double
 0 0 0 1 0 0 0 1 0 
 0 0 1 0.5 0.25 -1.5 
-CELLS 4 20
+)";
+
+const std::string kKindsAndArrays = R"(CELL_TYPES 4
+10
+10
+7
+9
+
+CELL_DATA 4
+FIELD FieldData 1
+tissue%20label 1 4 short
+7 -3 300 2 
+POINT_DATA 5
+FIELD FieldData 2
+u 3 5 double
+0 0.125 0.25 0.375 0.5 0.625 0.75 0.875 1 
+1.125 1.25 1.375 1.5 1.625 1.75 
+set:TOP 1 5 char
+0 0 0 1 1 
+)";
+
+const std::string kText42 = R"(# vtk DataFile Version 4.2)" + kPoints + R"(CELLS 4 20
 4 0 1 2 3 
 4 0 2 1 4 
 4 0 1 4 2 
 4 0 1 4 2 
 
-CELL_TYPES 4
-10
-10
-7
-9
+)" + kKindsAndArrays;
 
-CELL_DATA 4
-FIELD FieldData 1
-tissue%20label 1 4 short
-7 -3 300 2 
-POINT_DATA 5
-FIELD FieldData 2
-u 3 5 double
-0 0.125 0.25 0.375 0.5 0.625 0.75 0.875 1 
-1.125 1.25 1.375 1.5 1.625 1.75 
-set:TOP 1 5 char
-0 0 0 1 1 
-)";
-
-constexpr const char* kText51 = R"(# vtk DataFile Version 5.1
-vtk output
-ASCII
-DATASET UNSTRUCTURED_GRID
-POINTS 5 double
-0 0 0 1 0 0 0 1 0 
-0 0 1 0.5 0.25 -1.5 
-CELLS 5 16
+const std::string kText51 = R"(# vtk DataFile Version 5.1)" + kPoints + R"(CELLS 5 16
 OFFSETS vtktypeint64
 0 4 8 12 16 
 CONNECTIVITY vtktypeint64
 0 1 2 3 0 2 1 4 0 
 1 4 2 0 1 4 2 
-CELL_TYPES 4
-10
-10
-7
-9
-
-CELL_DATA 4
-FIELD FieldData 1
-tissue%20label 1 4 short
-7 -3 300 2 
-POINT_DATA 5
-FIELD FieldData 2
-u 3 5 double
-0 0.125 0.25 0.375 0.5 0.625 0.75 0.875 1 
-1.125 1.25 1.375 1.5 1.625 1.75 
-set:TOP 1 5 char
-0 0 0 1 1 
-)";
+)" + kKindsAndArrays;
 
 constexpr const char* kBinary42 =
     "IyB2dGsgRGF0YUZpbGUgVmVyc2lvbiA0LjIKdnRrIG91dHB1dApCSU5BUlkKREFUQVNFVCBVTlNUUlVDVFVSRURfR1JJRApQ"
