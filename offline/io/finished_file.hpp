@@ -30,8 +30,7 @@ void check_can_finish(const std::filesystem::path& path);
 void check_keeps_inputs(const std::filesystem::path& path, const std::vector<std::filesystem::path>& inputs);
 
 // Throws std::runtime_error "PATH: REASON; REMEDY" where `path` is a file that does not begin with
-// `beginning`, so that no command replaces what it has not written. `kind`: "a pack". An empty
-// file may be replaced.
+// `beginning`: commands replace no file of another kind. `kind`: "a pack". An empty file may be replaced.
 void check_replaces(const std::filesystem::path& path, std::string_view beginning, const char* kind);
 
 }  // namespace palpate

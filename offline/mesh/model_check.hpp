@@ -36,8 +36,7 @@ void check_held(const Model& model, const std::vector<PrescribedDisplacement>& h
 double signed_volume(const Model& model, const Tetrahedron& element);
 
 // Returns a message for parts that only a corner or an edge attaches, unless `held` stops their rotation;
-// empty where there are none. Such a part has no stable answer at rest: check_model() warns, and
-// a build refuses it.
+// empty where there are none. Such a part can turn without a force: check_model() warns, and a build refuses.
 std::string hinged_message(const Model& model, const std::vector<PrescribedDisplacement>& held);
 
 }  // namespace palpate

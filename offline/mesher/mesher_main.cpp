@@ -139,7 +139,7 @@ void print_result(const FilledSolid& solid, const ClosedSurface& closed, const M
   fmt::print("\nNext:\n  palpate new {}\n", arguments.out.string());
 }
 
-// CGAL's own errors in one line; what() has several, and message() may have.
+// Throws CGAL's error as one line. Its what() has several lines, and its message() may have several.
 [[noreturn]] void refuse(const CGAL::Failure_exception& error, const std::string& file) {
   const std::string message = error.message().substr(0, error.message().find('\n'));
   const std::string reason = message.empty() ? "" : " (CGAL: " + message + ")";
